@@ -5,12 +5,22 @@ from pathlib import Path
 
 from fire_atlas.cli.progress import BuildView, Outcome
 from fire_atlas.outputs.folder import default_folder
+from fire_atlas.outputs.manifest import manifest_name, read_manifest
 from fire_atlas.recipe.tree import RecipeTree
 
 
 def folder_of(tree: RecipeTree, args: Namespace) -> Path:
     """Return the folder for the outputs of a recipe."""
     return args.out or default_folder(tree.path)
+
+
+def fresh_outcome(tree: RecipeTree, out: Path) -> Outcome:
+    """Return the outcome for a recipe whose outputs in ``out`` are up to date."""
+    manifest = read_manifest(out, tree.name)
+    if manifest is None:  # it was removed since it was read
+        return Outcome(fresh=True)
+    names = [*(entry.name for entry in manifest.outputs), manifest_name(tree.name)]
+    return Outcome([out / name for name in names], {}, manifest.statistics, fresh=True)
 
 
 def build_recipe(tree: RecipeTree, args: Namespace, view: BuildView) -> Outcome:
@@ -28,7 +38,7 @@ def build_recipe(tree: RecipeTree, args: Namespace, view: BuildView) -> Outcome:
     options = BuildOptions.of(args.jobs, args.max_pixels, args.overwrite, args.force)
     report = build(loaded, out, options, view)
     if report is None:
-        return Outcome(fresh=True)
+        return fresh_outcome(tree, out)
     if cache and cache.writes:
         view.cache(*cache.store(out, tree.name, report.merged, view.note))
     return Outcome(list(report.files), report.timings, report.statistics)

@@ -13,6 +13,7 @@ from fire_atlas.core.workload import MAX_PIXELS
 from fire_atlas.recipe.source import FramesSource
 from fire_atlas.sources import matte
 from fire_atlas.sources.frames import DEFAULT_FPS
+from fire_atlas.sources.header import Header
 from fire_atlas.sources.images import decode, read_header, shared_notes
 from fire_atlas.sources.listing import frame_range, locate, sample_numbers, with_samples
 
@@ -59,27 +60,16 @@ def open_sprites(
     Raises:
         SourceError: An image is broken or too large, or a setting does not apply to sprites.
     """
-    located = locate(path)
-    if located.single or settings.grid is not None or settings.animation is not None:
+    found = examine_sprites(settings, path, name, max_pixels)
+    if found is None:
         return None
-    everything = located.files
-    chosen = frame_range(settings, len(everything), path)
-    files = [everything[i] for i in chosen]
-    animations = group_by_name(files, name)
-    headers = [read_header(file, max_pixels, settings.layer) for file in files]
-    if len(animations) == 1 and len({(h.width, h.height) for h in headers}) == 1:
-        return None
-    if settings.crop != "none" or isinstance(settings.height, int):
-        key = "height" if settings.crop == "none" else "crop"
-        raise SourceError(
-            f"{path}: source.{key} is for the frames of one clip, but these are several "
-            f"animations or sizes; leave it out, or use atlas.scales for smaller pages"
-        )
+    everything, chosen = found.everything, found.chosen
+    files, headers = list(found.headers), list(found.headers.values())
     samples = [everything[i] for i in sample_numbers(len(everything))]
     pictures = (decode(file, read_header(file, max_pixels, settings.layer)) for file in samples)
     choice = matte.choose(settings.matte, settings.black, pictures, str(path))
     return Sprites(
-        animations=animations,
+        animations=found.animations,
         fps=settings.fps or DEFAULT_FPS,
         picture=lambda i: matte.apply(
             choice.matte, decode(files[i], headers[i]), blend_space, choice.black
@@ -87,11 +77,55 @@ def open_sprites(
         inputs=tuple(everything[i] for i in with_samples(chosen, len(everything))),
         matte=choice.matte,
         matte_reason=choice.reason,
-        notes=(
-            *located.notes(settings),
-            *shared_notes(dict(zip(files, headers, strict=True))),
-        ),
+        notes=found.notes,
     )
+
+
+@dataclass(frozen=True, slots=True)
+class SpriteFiles:
+    """Images that are packed as sprites, none of which is decoded yet.
+
+    Attributes:
+        everything: All files at the path, in order.
+        chosen: Numbers of those that the recipe uses.
+        headers: These files, with their headers.
+        animations: By name of the animation, the numbers of its images among these.
+        notes: What was decided about them, and why, for the user.
+    """
+
+    everything: Sequence[Path]
+    chosen: range
+    headers: dict[Path, Header]
+    animations: dict[str, tuple[int, ...]]
+    notes: tuple[str, ...]
+
+
+def examine_sprites(
+    settings: FramesSource, path: Path, name: str, max_pixels: int
+) -> SpriteFiles | None:
+    """Return the images that ``open_sprites`` would open; None if they are a single file or clip.
+
+    Raises:
+        SourceError: All that ``open_sprites`` refuses before it decodes an image.
+    """
+    located = locate(path)
+    if located.single or settings.grid is not None or settings.animation is not None:
+        return None
+    chosen = frame_range(settings, len(located.files), path)
+    files = [located.files[i] for i in chosen]
+    animations = group_by_name(files, name)
+    headers = {file: read_header(file, max_pixels, settings.layer) for file in files}
+    if len(animations) == 1 and len({(h.width, h.height) for h in headers.values()}) == 1:
+        return None
+    if settings.crop != "none" or isinstance(settings.height, int):
+        key = "height" if settings.crop == "none" else "crop"
+        raise SourceError(
+            f"is for the frames of one clip, but {path} holds several animations or sizes; leave "
+            f"it out, or use atlas.scales for smaller pages",
+            key=("source", key),
+        )
+    notes = (*located.notes(settings), *shared_notes(headers))
+    return SpriteFiles(located.files, chosen, headers, animations, notes)
 
 
 def group_by_name(files: Sequence[Path], default: str) -> dict[str, tuple[int, ...]]:

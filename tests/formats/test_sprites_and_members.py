@@ -144,7 +144,7 @@ def test_sprites_of_several_sizes_cannot_have_one_height_or_part(
     art(tmp_path)
     path = recipe(tmp_path, "hero", source={"path": "art", key: value}, **PLAIN)
     assert main(["build", str(path)]) == 1
-    assert f"source.{key} is for the frames of one clip" in capsys.readouterr().err
+    assert f"source.{key}: is for the frames of one clip" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

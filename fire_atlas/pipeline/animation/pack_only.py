@@ -16,16 +16,7 @@ def pack_only(recipe: Recipe, sprites: Sprites, context: BuildContext) -> Contri
     Raises:
         RecipeError: The timeline or the maps have settings that need a single clip.
     """
-    if not recipe.timeline.keeps_all_frames:
-        raise RecipeError(
-            "timeline edits a single clip, but these images have several animations or sizes; "
-            "remove every timeline setting (only loop: auto or loop: none may stay)"
-        )
-    if recipe.maps.haze:
-        raise RecipeError(
-            "maps.haze: the hot air is found by the motion of one clip, but these images have "
-            "several animations or sizes; leave it out, or give each animation its own recipe"
-        )
+    refuse_clip_settings(recipe)
     if recipe.maps.smoke:
         refuse_without_alpha(sprites.matte)
     numbers = [i for played in sprites.animations.values() for i in played]
@@ -55,3 +46,23 @@ def pack_only(recipe: Recipe, sprites: Sprites, context: BuildContext) -> Contri
     if recipe.maps.motion != "none":
         statistics["motions"] = {name: each.all_statistics() for name, each in animations.items()}
     return Contribution(recipe.name, animations, statistics)
+
+
+def refuse_clip_settings(recipe: Recipe) -> None:
+    """Refuse what can be done with a single clip alone.
+
+    Raises:
+        RecipeError: The timeline or the maps have such settings.
+    """
+    if not recipe.timeline.keeps_all_frames:
+        raise RecipeError(
+            "edits a single clip, but these images have several animations or sizes; remove every "
+            "setting of it (only loop: auto or loop: none may stay)",
+            key=("timeline",),
+        )
+    if recipe.maps.haze:
+        raise RecipeError(
+            "the hot air is found by the motion of one clip, but these images have several "
+            "animations or sizes; leave it out, or give each animation its own recipe",
+            key=("maps", "haze"),
+        )
