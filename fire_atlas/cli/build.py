@@ -6,13 +6,14 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fire_atlas.cli.build_one import build_recipe, folder_of, fresh_outcome
+from fire_atlas.cli.build_one import build_recipe, folder_of
 from fire_atlas.cli.depfile import refuse_overwriting, write_depfile
 from fire_atlas.cli.failure import Failures
 from fire_atlas.cli.plan import Plan, refuse_unbuilt, shard
-from fire_atlas.cli.progress import BuildView, Outcome, shows_interruption, view_for
+from fire_atlas.cli.progress import BuildView, shows_interruption, view_for
 from fire_atlas.core.errors import OutputError, RecipeError
 from fire_atlas.outputs.freshness import refresh_time, why_other_bytes, why_stale
+from fire_atlas.outputs.outcome import Outcome, fresh_outcome
 from fire_atlas.outputs.recovery import recover, tidy
 from fire_atlas.recipe.find import find_recipes, refuse_same_outputs
 from fire_atlas.recipe.tree import RecipeTree, read_tree

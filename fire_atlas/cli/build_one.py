@@ -3,24 +3,15 @@
 from argparse import Namespace
 from pathlib import Path
 
-from fire_atlas.cli.progress import BuildView, Outcome
+from fire_atlas.cli.progress import BuildView
 from fire_atlas.outputs.folder import default_folder
-from fire_atlas.outputs.manifest import manifest_name, read_manifest
+from fire_atlas.outputs.outcome import Outcome, fresh_outcome
 from fire_atlas.recipe.tree import RecipeTree
 
 
 def folder_of(tree: RecipeTree, args: Namespace) -> Path:
     """Return the folder for the outputs of a recipe."""
     return args.out or default_folder(tree.path)
-
-
-def fresh_outcome(tree: RecipeTree, out: Path) -> Outcome:
-    """Return the outcome for a recipe whose outputs in ``out`` are up to date."""
-    manifest = read_manifest(out, tree.name)
-    if manifest is None:  # it was removed since it was read
-        return Outcome(fresh=True)
-    names = [*(entry.name for entry in manifest.outputs), manifest_name(tree.name)]
-    return Outcome([out / name for name in names], {}, manifest.statistics, fresh=True)
 
 
 def build_recipe(tree: RecipeTree, args: Namespace, view: BuildView) -> Outcome:

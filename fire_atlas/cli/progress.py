@@ -6,36 +6,20 @@ import sys
 import time
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fire_atlas.cli.text import printable
 from fire_atlas.core.interruption import MESSAGE, if_interrupted
 from fire_atlas.core.progress import SilentProgress
+from fire_atlas.outputs.outcome import Outcome
 
 if TYPE_CHECKING:
     from fire_atlas.cli.console import ProgressBars, RecipeBars
 
 _JSON_INTERVAL = 0.1
 """Minimum seconds between two JSON lines of a stage, except its first and its last."""
-
-
-@dataclass(frozen=True, slots=True)
-class Outcome:
-    """The result of a build, as a view shows it.
-
-    Attributes:
-        files: The outputs.
-        timings: Seconds by stage, of a build.
-        statistics: Figures about the result.
-        fresh: Whether the outputs were up to date, so that nothing was done.
-    """
-
-    files: list[Path] = field(default_factory=list)
-    timings: dict[str, float] = field(default_factory=dict)
-    statistics: dict[str, Any] = field(default_factory=dict)
-    fresh: bool = False
 
 
 class BuildView(SilentProgress):

@@ -10,7 +10,7 @@ from stat import S_ISDIR
 from typing import TypeAlias
 
 from fire_atlas.cli.build import read_recipes
-from fire_atlas.cli.build_one import build_recipe, folder_of, fresh_outcome
+from fire_atlas.cli.build_one import build_recipe, folder_of
 from fire_atlas.cli.failure import Failures
 from fire_atlas.cli.progress import BuildView, shows_interruption, view_for
 from fire_atlas.cli.text import printable
@@ -19,6 +19,7 @@ from fire_atlas.core.files import links_to, real
 from fire_atlas.core.interruption import ends_by_interrupt
 from fire_atlas.outputs.dependencies import files_of, folders_of, recipe_files
 from fire_atlas.outputs.freshness import why_stale
+from fire_atlas.outputs.outcome import fresh_outcome
 from fire_atlas.outputs.recovery import tidy
 from fire_atlas.recipe.document import RECIPE_ENDINGS
 from fire_atlas.recipe.find import find_recipes
