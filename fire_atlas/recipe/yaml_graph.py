@@ -132,7 +132,7 @@ def _hint(error: yaml.MarkedYAMLError) -> str:
     problem, context = str(error.problem), str(error.context)
     if "tab" in problem or "cannot start any token" in problem:
         return "; indent with spaces, and quote text that begins with a special character"
-    if "flow sequence" in context:
+    if "flow sequence" in context or "flow node" in context:
         return "; close the list with ], and quote colours: an unquoted # begins a comment"
     if "flow mapping" in context:
         return "; close the block with }, and quote colours: an unquoted # begins a comment"

@@ -29,6 +29,7 @@ pytestmark = [
         ("fuzz", 70),
         ("stale", 8),
         ("cache", 24),
+        ("agree", 100),
     ],
 )
 def test_a_short_campaign_finds_no_fault(campaign: str, count: int) -> None:
