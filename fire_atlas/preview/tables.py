@@ -2,19 +2,16 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import groupby
 from typing import TypeVar
 
 from fire_atlas.effect.flakes.statistics import Figure
 from fire_atlas.preview.figures import range_text, safe_mip, value_text
-from fire_atlas.preview.inspection import AnimationFigures, Inspection, PageFigures
+from fire_atlas.preview.inspection import AnimationFigures, Inspection, MapFigures, PageFigures
 from fire_atlas.preview.memory import UNCOMPRESSED
 from fire_atlas.preview.overdraw import Overdraw
+from fire_atlas.preview.sentences import BuildSentences
 
 _MIB = 1 << 20
-
-_SHOWN = 2
-"""So many pages, animations or maps are described in a summary; of others it says how many."""
 
 Item = TypeVar("Item")
 
@@ -33,8 +30,8 @@ def summary(found: Inspection) -> Iterator[str]:
         "frames": _some(found.animations, _frames_line, "--frames"),
         "overdraw": [_overdraw_line(found)],
         "loop": _some(list(found.loops.items()), lambda loop: _loop_line(*loop), "--loops"),
-        "maps": [_map_line(kind, files) for kind, files in _maps_by_kind(found).items()][:4],
-        "": list(_some(list(found.sentences.all()), str, "--json")),
+        "maps": _some(found.maps, _map_line, "--maps"),
+        "": _first_sentences(found.sentences),
     }
     for label, texts in lines.items():
         for number, text in enumerate(texts):
@@ -47,10 +44,10 @@ def _counted(number: int, what: str) -> str:
 
 
 def _some(items: Sequence[Item], line: Callable[[Item], str], option: str) -> list[str]:
-    """Return a line for each of the first items, and how many more an option shows."""
-    shown = [line(item) for item in items[:_SHOWN]]
-    more = len(items) - _SHOWN
-    return [*shown, f"and {more} more: {option}"] if more > 0 else shown
+    """Return a line for each of two items; of more, for the first, and how many an option shows."""
+    if len(items) <= 2:
+        return [line(item) for item in items]
+    return [line(items[0]), f"and {len(items) - 1} more: {option}"]
 
 
 def _page_line(page: PageFigures) -> str:
@@ -98,20 +95,19 @@ def _loop_line(name: str, figures: Sequence[Figure]) -> str:
     return f"{name}: {measured}: {'TO BE SEEN: ' + ', '.join(odd) if odd else 'goes unnoticed'}"
 
 
-def _maps_by_kind(found: Inspection) -> dict[str, str]:
-    return {
-        kind: ", ".join(filter(None, [_files(each.files), each.engine, each.strength]))
-        for kind, group in groupby(found.maps, lambda stated: stated.kind)
-        for each in group
-    }
+def _map_line(stated: MapFigures) -> str:
+    first, *others = stated.files
+    files = f"{first} and {len(others)} more" if others else first
+    return f"{stated.kind}: {', '.join(filter(None, [files, stated.engine, stated.strength]))}"
 
 
-def _files(files: Sequence[str]) -> str:
-    return files[0] if len(files) == 1 else f"{files[0]} and {len(files) - 1} more"
-
-
-def _map_line(kind: str, text: str) -> str:
-    return f"{kind}: {text}"
+def _first_sentences(sentences: BuildSentences) -> list[str]:
+    """Return the first sentence on pages, blends, motion vectors and flakes, and how many more
+    there are."""
+    kinds = (sentences.pages, sentences.blends, sentences.motion, sentences.flakes)
+    shown = [kind[0] for kind in kinds if kind]
+    more = sum(map(len, kinds)) - len(shown)
+    return [*shown, f"and {more} more: --pages --loops --maps --flakes"] if more else shown
 
 
 @dataclass(frozen=True, slots=True)
