@@ -8,9 +8,7 @@ from pathlib import Path
 from fire_atlas.core.errors import about
 from fire_atlas.core.workers import Workers
 from fire_atlas.core.workload import MAX_PIXELS
-from fire_atlas.formats.templates.export import check_template
 from fire_atlas.outputs.dependencies import inputs_of
-from fire_atlas.pipeline.animation.pack_only import refuse_clip_settings
 from fire_atlas.pipeline.animation.prepare import check_length
 from fire_atlas.pipeline.input.check import CheckedRecipe
 from fire_atlas.pipeline.input.open import source_key
@@ -48,6 +46,8 @@ def examine(
             _examine_ramp(path, max_pixels)
         for i, export in enumerate(loaded.recipe.exports):
             if isinstance(export, TemplateExport):
+                from fire_atlas.formats.templates.export import check_template
+
                 with about(("exports", i)):
                     check_template(export, loaded.templates[export.template])
     return tuple(notes)
@@ -71,6 +71,8 @@ def _examine_part(part: LoadedRecipe, workers: Workers, max_pixels: int) -> tupl
     with located(part.tree, source_key(part)):
         found = examine_source(part, workers, max_pixels)
         if not isinstance(found, Footage):
+            from fire_atlas.pipeline.animation.pack_only import refuse_clip_settings
+
             refuse_clip_settings(recipe)
             return found.notes
         if found.size is not None and found.exact:

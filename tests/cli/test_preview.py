@@ -22,7 +22,8 @@ from fire_atlas.formats.atlas.texture_packer import read_atlas
 from fire_atlas.formats.movies.movie import schedule
 from fire_atlas.preview.blend import blend
 from fire_atlas.preview.cut_frames import cut_frames
-from fire_atlas.preview.pictures import animated_image, contact_sheet
+from fire_atlas.preview.pictures import AnimationKind, animated_image, contact_sheet
+from fire_atlas.preview.write import PreviewKind, is_preview
 
 Run = Callable[..., CompletedProcess[str]]
 
@@ -283,6 +284,30 @@ def test_bad_previews_are_explained(
     assert "Traceback" not in result.stderr
 
 
+@pytest.mark.parametrize("kind", ["page", "gif", "webp", "apng", "sheet"])
+def test_an_earlier_preview_is_replaced_and_nothing_else(
+    run: Run, atlas: Path, kind: PreviewKind
+) -> None:
+    options = [] if kind == "page" else [f"--{kind}"]
+    assert run("preview", atlas.name, *options).returncode == 0
+    (target,) = atlas.parent.glob("fire.preview*")
+    first = target.read_bytes()
+    assert is_preview(target, kind)
+    assert run("preview", atlas.name, *options, "--background", "white").returncode == 0
+    assert target.read_bytes() != first
+    target.write_bytes(first.replace(b"fire-atlas", b"FIRE-ATLAS"))
+    refused = run("preview", atlas.name, *options)
+    assert refused.returncode == 1 and "--overwrite" in refused.stderr
+
+
+@pytest.mark.parametrize("kind", ["gif", "webp", "apng"])
+def test_a_signed_picture_plays_as_before(atlas: Path, kind: AnimationKind) -> None:
+    with Image.open(io.BytesIO(animated_image(read_atlas(atlas), kind, (0, 0, 0)))) as picture:
+        assert getattr(picture, "n_frames", 1) == 3
+        for frame in ImageSequence.Iterator(picture):
+            frame.load()
+
+
 def test_inspect_prints_pages_frames_and_flakes(run: Run, campfire: Path) -> None:
     run("build", campfire.name, "-q")
     stated = run("inspect", "build/campfire.json", "--pages", "--frames", "--flakes").stdout
@@ -295,9 +320,8 @@ def test_inspect_tells_of_the_flakes_of_every_animation(run: Run, campfire: Path
     campfire.with_name("torch.yaml").write_text(f"{text}atlas: {{members: [campfire.yaml]}}\n")
     run("build", "torch.yaml", "-q")
     stated = run("inspect", "build/torch.json", "--flakes").stdout
-    assert re.search(r"^torch +born ", stated, re.M) and re.search(
-        r"^campfire +born ", stated, re.M
-    )
+    for name in ("torch", "campfire"):
+        assert re.search(f"^{name} +born ", stated, re.M)
 
 
 def test_inspect_counts_frames_page_by_page(run: Run, atlas: Path) -> None:
