@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
 
+from fire_atlas.recipe.base import ALSO_NONE
 from fire_atlas.recipe.schema import recipe_schema
 
 PAGE = Path(__file__).with_name("recipe.md")
@@ -225,7 +226,8 @@ def _kind(path: str, schema: Schema, first: dict[str, Section], definitions: Sch
             ((_, name),) = _blocks(path, schema, definitions)
             return first[name].link
         case {"anyOf": branches} | {"oneOf": branches}:
-            kinds = [_kind(path, each, first, definitions) for each in branches]
+            others = [branch for branch in branches if branch != ALSO_NONE]
+            kinds = [_kind(path, branch, first, definitions) for branch in others]
             return " or ".join(dict.fromkeys(kind for kind in kinds if kind))
         case {"enum": values}:
             return ", ".join(f"`{json.dumps(value).strip(chr(34))}`" for value in values)

@@ -242,7 +242,8 @@ def _refuse_too_large(names: Sequence[str], parts: Sequence[Rect], units: Packin
             raise OutputError(
                 f"frame {name} is {part.width} × {part.height} px{around}, but a page may only be "
                 f"{largest} px wide and high: raise `atlas.max_size` to {needed} or "
-                f"more, or make the frames smaller with `source.height`"
+                f"more, or make the frames smaller with `source.height`",
+                key=("atlas", "max_size"),
             )
 
 

@@ -6,8 +6,8 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, NoReturn, TypeAlias
 
-from fire_atlas import __version__
 from fire_atlas.core.errors import RecipeError
+from fire_atlas.core.version import __version__
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -51,8 +51,8 @@ class _Parser(argparse.ArgumentParser):
         raise RecipeError(f"{message} (see {self.prog} --help)")
 
 
-def parse(argv: Sequence[str]) -> argparse.Namespace:
-    """Return the arguments; ``command`` names the command. Exits for ``--help``, ``--version``."""
+def all_parsers() -> tuple[argparse.ArgumentParser, dict[str, "_Parser"]]:
+    """Return the parser of the whole command line, and that of each command."""
     parser = _Parser(prog="fire-atlas", description=_DESCRIPTION, epilog=_EPILOG)
     parser.add_argument("--version", action="version", version=f"%(prog)s {__version__}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND")
@@ -68,7 +68,14 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
         "inspect": _add_inspect(commands),
         "plugin": _add_plugin(commands),
         "schema": _add_schema(commands),
+        "completion": _add_completion(commands),
     }
+    return parser, parsers
+
+
+def parse(argv: Sequence[str]) -> argparse.Namespace:
+    """Return the arguments; ``command`` names the command. Exits for ``--help``, ``--version``."""
+    parser, parsers = all_parsers()
     word = argv[0] if argv else "--help"
     if word in {"-h", "--help", "--version"}:
         parser.parse_args([word])
@@ -132,7 +139,7 @@ def _add_build(commands: _Commands) -> _Parser:
     )
     parser.add_argument(
         "--depfile",
-        type=_path,
+        type=path_of,
         metavar="FILE",
         help="write what outputs depend on, for make, ninja",
     )
@@ -162,7 +169,7 @@ def _add_init(commands: _Commands) -> _Parser:
         help="a ready recipe, copied with its sample input; or a clip, a picture or a folder of "
         "frames, for which a recipe is written; without one: list the ready recipes",
     )
-    parser.add_argument("folder", nargs="?", type=_path, default=".", metavar="DIR")
+    parser.add_argument("folder", nargs="?", type=path_of, default=".", metavar="DIR")
     _add_jobs(parser)
     _add_limits(parser)
     _add_volume(parser)
@@ -171,17 +178,17 @@ def _add_init(commands: _Commands) -> _Parser:
 
 def _add_learn(commands: _Commands) -> _Parser:
     parser = commands.add_parser("learn", help="learn a fire profile from a short clip")
-    parser.add_argument("clip", type=_path, metavar="CLIP", help="8-60 frames of one fire")
+    parser.add_argument("clip", type=path_of, metavar="CLIP", help="8-60 frames of one fire")
     parser.add_argument(
         "-o",
         "--out",
-        type=_path,
+        type=path_of,
         metavar="FILE",
         help="default: CLIP's name with .profile.json, in this folder",
     )
     parser.add_argument(
         "--side",
-        type=_path,
+        type=path_of,
         metavar="CLIP",
         help="a second clip of the same fire, filmed from its right side",
     )
@@ -237,7 +244,7 @@ def _add_cache_command(commands: _Commands) -> _Parser:
 
 def _add_preview(commands: _Commands) -> _Parser:
     parser = commands.add_parser("preview", help="make an HTML player of a result, or a picture")
-    parser.add_argument("subject", type=_path, metavar="RECIPE|ATLAS.json")
+    parser.add_argument("subject", type=path_of, metavar="RECIPE|ATLAS.json")
     kinds = parser.add_mutually_exclusive_group()
     for kind, about in (
         ("gif", "an animated GIF"),
@@ -252,7 +259,7 @@ def _add_preview(commands: _Commands) -> _Parser:
         action="store_true",
         help="of a recipe: the page also shows how the fire is analysed",
     )
-    parser.add_argument("-o", "--out", type=_path, metavar="FILE", help="file to write")
+    parser.add_argument("-o", "--out", type=path_of, metavar="FILE", help="file to write")
     parser.add_argument(
         "--background", default="#101014", metavar="COLOR", help="colour (default: %(default)s)"
     )
@@ -265,8 +272,22 @@ def _add_preview(commands: _Commands) -> _Parser:
 
 
 def _add_inspect(commands: _Commands) -> _Parser:
-    parser = commands.add_parser("inspect", help="describe a built atlas in tables")
-    parser.add_argument("subject", type=_path, metavar="ATLAS.json")
+    parser = commands.add_parser("inspect", help="describe a built atlas")
+    parser.add_argument("subject", type=path_of, metavar="ATLAS.json")
+    for name, about in (
+        ("pages", "sizes, frames, occupancy, safe mip levels"),
+        ("memory", "what each image and texture takes on a GPU"),
+        ("frames", "of each animation: length, rate, sizes, pivot"),
+        ("overdraw", "what a renderer draws of each animation"),
+        ("loops", "how well each loop closes"),
+        ("maps", "files and strengths of maps"),
+        ("flakes", "figures of the flakes"),
+    ):
+        parser.add_argument(
+            f"--{name}", dest="details", action="append_const", const=name, help=about
+        )
+    parser.set_defaults(details=[])
+    parser.add_argument("--json", action="store_true", help="print all of it as JSON")
     parser.add_argument(
         "--context", action="store_true", help="print the data that templates get, as JSON"
     )
@@ -280,7 +301,7 @@ def _add_plugin(commands: _Commands) -> _Parser:
     parser.add_argument(
         "folder",
         nargs="?",
-        type=_path,
+        type=path_of,
         default=".",
         metavar="DIR",
         help="the project's folder (default: this folder)",
@@ -296,12 +317,19 @@ def _add_schema(commands: _Commands) -> _Parser:
     return parser
 
 
+def _add_completion(commands: _Commands) -> _Parser:
+    parser = commands.add_parser("completion", help="print a script that completes commands")
+    parser.add_argument("shell", choices=["bash", "zsh", "fish"], metavar="bash|zsh|fish")
+    _add_volume(parser)
+    return parser
+
+
 _Options: TypeAlias = "argparse.ArgumentParser | argparse._ArgumentGroup"
 
 
 def _add_recipes(parser: _Parser) -> None:
     parser.add_argument(
-        "recipes", nargs="+", type=_path, metavar="RECIPE", help="a recipe, or a folder of them"
+        "recipes", nargs="+", type=path_of, metavar="RECIPE", help="a recipe, or a folder of them"
     )
 
 
@@ -309,7 +337,7 @@ def _add_out(parser: _Parser) -> None:
     parser.add_argument(
         "-o",
         "--out",
-        type=_path,
+        type=path_of,
         metavar="DIR",
         help="output folder (default: build/ beside the recipe)",
     )
@@ -395,7 +423,8 @@ def _add_volume(parser: _Parser) -> None:
     )
 
 
-def _path(text: str) -> "Path":
+def path_of(text: str) -> "Path":
+    """Return the path that an argument names."""
     from pathlib import Path  # --help does not import it
 
     return Path(text)

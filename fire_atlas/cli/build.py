@@ -10,11 +10,13 @@ from fire_atlas.cli.build_one import build_recipe, folder_of
 from fire_atlas.cli.depfile import refuse_overwriting, write_depfile
 from fire_atlas.cli.failure import Failures
 from fire_atlas.cli.plan import Plan, refuse_unbuilt, shard
-from fire_atlas.cli.progress import BuildView, Outcome, shows_interruption, view_for
+from fire_atlas.cli.progress import BuildView, shows_interruption, view_for
 from fire_atlas.core.errors import OutputError, RecipeError
 from fire_atlas.outputs.freshness import refresh_time, why_other_bytes, why_stale
+from fire_atlas.outputs.outcome import Outcome, fresh_outcome
 from fire_atlas.outputs.recovery import recover, tidy
 from fire_atlas.recipe.find import find_recipes, refuse_same_outputs
+from fire_atlas.recipe.located import located
 from fire_atlas.recipe.tree import RecipeTree, read_tree
 
 if TYPE_CHECKING:
@@ -58,7 +60,7 @@ def read_recipes(
     trees = []
     for path in paths:
         view.begin(path)
-        with failures.caught():
+        with failures.caught(path):
             tree = read_tree(path, args.overrides)
             _ = tree.name  # raises if it is invalid
             trees.append(tree)
@@ -144,7 +146,7 @@ def _sorted_by_freshness(
                 stale[tree.path] = tree
             else:
                 refresh_time(tree, folder_of(tree, args))
-                view.done(Outcome(fresh=True))
+                view.done(fresh_outcome(tree, folder_of(tree, args)))
                 fresh[tree.path] = tree
     return list(fresh.values()), list(stale.values())
 
@@ -179,7 +181,14 @@ def _why_built(tree: RecipeTree, plan: Plan, stale: Container[Path], args: Names
     if reason is not None or args.force:
         from fire_atlas.pipeline.input.check import load_checked
 
-        load_checked(tree)  # raises the errors that a build would report
+        loaded = load_checked(tree)
+
+        from fire_atlas.pipeline.examine import examine_alone  # reads headers: imports numpy
+        from fire_atlas.pipeline.files.written import refuse_taken
+
+        examine_alone(loaded, args.max_pixels)
+        with located(tree):
+            refuse_taken(loaded.recipe, folder_of(tree, args), args.overwrite)
     return reason or ("--force" if args.force else None)
 
 
@@ -198,4 +207,4 @@ def _confirm(tree: RecipeTree, reason: str | None, args: Namespace) -> Outcome:
             f"{tree.path}: is up to date, but {reason}, which may round the last digits in another"
             " way; build and check it on CPUs of one class, or without --frozen"
         )
-    return Outcome(fresh=True)
+    return fresh_outcome(tree, folder_of(tree, args))

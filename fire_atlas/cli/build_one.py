@@ -3,8 +3,9 @@
 from argparse import Namespace
 from pathlib import Path
 
-from fire_atlas.cli.progress import BuildView, Outcome
+from fire_atlas.cli.progress import BuildView
 from fire_atlas.outputs.folder import default_folder
+from fire_atlas.outputs.outcome import Outcome, fresh_outcome
 from fire_atlas.recipe.tree import RecipeTree
 
 
@@ -28,7 +29,7 @@ def build_recipe(tree: RecipeTree, args: Namespace, view: BuildView) -> Outcome:
     options = BuildOptions.of(args.jobs, args.max_pixels, args.overwrite, args.force)
     report = build(loaded, out, options, view)
     if report is None:
-        return Outcome(fresh=True)
+        return fresh_outcome(tree, out)
     if cache and cache.writes:
         view.cache(*cache.store(out, tree.name, report.merged, view.note))
     return Outcome(list(report.files), report.timings, report.statistics)

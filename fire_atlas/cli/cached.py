@@ -9,9 +9,10 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fire_atlas.cli.progress import BuildView, Outcome
+from fire_atlas.cli.progress import BuildView
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.core.progress import StageTimer
+from fire_atlas.outputs.outcome import Outcome
 
 if TYPE_CHECKING:
     from fire_atlas.outputs.cache.build_cache import BuildCache

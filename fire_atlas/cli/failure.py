@@ -1,8 +1,9 @@
 """Show errors on the command line, and give them exit codes."""
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from pathlib import Path
 
 from fire_atlas.cli.text import printable
 from fire_atlas.core.errors import FireAtlasError
@@ -17,9 +18,15 @@ class Failures:
         with_traceback: bool,
         report: Callable[[str], None] = lambda message: None,
         fail_fast: bool = False,
+        known: Mapping[Path, str] | None = None,
     ) -> None:
-        """Call ``report`` with the message of every failure, besides printing it on stderr."""
+        """Call ``report`` with the message of every failure, besides printing it on stderr.
+
+        ``known``: messages about recipes that were printed already, and are not printed again.
+        """
         self.worst_code = 0
+        self.of_recipes = dict[Path, str]()
+        self._known = known or {}
         self._fail_fast = fail_fast
         self._with_traceback = with_traceback
         self._report = report
@@ -36,8 +43,8 @@ class Failures:
         self.worst_code = max(self.worst_code, code)
 
     @contextmanager
-    def caught(self) -> Iterator[None]:
-        """Report exceptions raised inside and continue after it.
+    def caught(self, recipe: Path | None = None) -> Iterator[None]:
+        """Report exceptions raised inside, about ``recipe``, and continue after it.
 
         Only interruptions and a closed output pipe are raised.
         """
@@ -46,8 +53,12 @@ class Failures:
         except BrokenPipeError:  # nobody reads the output any more
             raise
         except Exception as error:
-            self._report(message_of(error))
-            print_error(error, self._with_traceback)
+            message = message_of(error)
+            self._report(message)
+            if recipe is None or self._known.get(recipe) != message:
+                print_error(error, self._with_traceback)
+            if recipe is not None:
+                self.of_recipes[recipe] = message
             self.worst_code = max(self.worst_code, exit_code_of(error))
 
 

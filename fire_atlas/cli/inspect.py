@@ -1,47 +1,26 @@
-"""The command ``inspect``: describe a built atlas in tables."""
+"""The command ``inspect``: describe a built atlas on one screen, in tables, or as JSON."""
 
 import json
 from argparse import Namespace
-from pathlib import Path
 
-from fire_atlas.cli.console import PlainConsole
-from fire_atlas.core.errors import SourceError
-from fire_atlas.core.files import read_file
+from fire_atlas.api import inspect_atlas
+from fire_atlas.cli.text import printable
 from fire_atlas.formats.atlas.texture_packer import read_atlas
 from fire_atlas.formats.templates.context import context_of
-from fire_atlas.formats.tracks.tracks_json import read_all_tracks
-from fire_atlas.outputs.manifest import MAX_MANIFEST_BYTES, decode_manifest, manifest_name
-from fire_atlas.preview.singles import with_singles_played
-from fire_atlas.preview.tables import BuildSentences, tables_of
+from fire_atlas.preview.tables import DETAILS, summary
 
 
 def run(args: Namespace) -> int:
-    """Print tables about a built atlas, or the context that templates get of it."""
-    atlas = read_atlas(args.subject)
+    """Print a summary of a built atlas, details by their names, or the data templates get of it."""
     if args.context:
-        print(json.dumps(context_of(atlas.sheet), indent=2))
+        print(json.dumps(context_of(read_atlas(args.subject).sheet), indent=2))
         return 0
-    sentences = _sentences(args.subject.parent / manifest_name(atlas.sheet.title))
-    console = PlainConsole()
-    atlas = with_singles_played(atlas)
-    for table in tables_of(atlas, read_all_tracks(atlas), sentences):
-        console.print(table)
+    found = inspect_atlas(args.subject)
+    if args.json:
+        print(json.dumps(found.as_json(), indent=2, default=list))
+        return 0
+    details = [DETAILS[name](found) for name in args.details]
+    lines = [line for detail in details for line in detail.lines()] or summary(found)
+    for line in lines:
+        print(printable(line))
     return 0
-
-
-def _sentences(manifest: Path) -> BuildSentences:
-    """Return what a manifest says of the build; nothing if it is missing.
-
-    Raises:
-        SourceError: It is damaged.
-    """
-    if not manifest.exists():
-        return BuildSentences()
-    try:
-        data = read_file(manifest, MAX_MANIFEST_BYTES)
-        return BuildSentences.of(decode_manifest(data).statistics)
-    except (OSError, ValueError) as error:
-        raise SourceError(
-            f"{manifest}: is not a manifest that fire-atlas wrote ({type(error).__name__}: {error})"
-            f"; build the recipe again"
-        ) from error

@@ -3,24 +3,16 @@
 from argparse import Namespace
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
-from typing import Any
-
-from PIL import ImageColor
 
 from fire_atlas.cli.arguments import refuse_build_options
 from fire_atlas.cli.progress import BuildView, view_for
 from fire_atlas.cli.temporary_build import BuiltAtlas, temporary_build
 from fire_atlas.cli.text import printable
-from fire_atlas.core.errors import RecipeError
 from fire_atlas.formats.atlas.texture_packer import read_atlas
-from fire_atlas.formats.output_names import flakes_file
-from fire_atlas.formats.tracks.tracks_json import read_all_tracks, read_tracks
 from fire_atlas.outputs.folder import default_folder, make_folder
 from fire_atlas.outputs.staging import refuse_existing, write_whole
-from fire_atlas.preview.field_data import FieldData
-from fire_atlas.preview.page import is_preview_page, preview_page
-from fire_atlas.preview.pictures import Color, animated_image, contact_sheet
 from fire_atlas.preview.singles import with_singles_played
+from fire_atlas.preview.write import color_of, is_preview, preview_of
 from fire_atlas.recipe.tree import RecipeTree, is_recipe, read_tree
 
 _SUFFIX = {"page": ".html", "gif": ".gif", "webp": ".webp", "apng": ".png", "sheet": ".sheet.png"}
@@ -28,57 +20,35 @@ _SUFFIX = {"page": ".html", "gif": ".gif", "webp": ".webp", "apng": ".png", "she
 
 def run(args: Namespace) -> int:
     """Make the HTML page or picture of a recipe or of a built atlas."""
-    background = _color(args.background)
+    background = color_of(args.background, "--background")
     tree = _tree(args)
     target = args.out or _default_target(args, args.subject.stem if tree is None else tree.name)
     _refuse_taken(target, args)
     view = view_for(json_lines=False, quiet=args.quiet, verbose=False)
     view.begin(args.subject)
     with _atlas(tree, args, view) as built:
-        data, count = _preview(built, args.kind, background)
+        atlas = with_singles_played(read_atlas(built.path))
+        data = preview_of(atlas, args.kind, background, built.clip, built.field)
     if args.out is None:
         make_folder(target.parent)
     _refuse_taken(target, args)  # it may have come meanwhile
     write_whole(target, data, view.note)
     if not args.quiet:
+        count = len(atlas.frames)
         print(printable(f"{target}: {count} frame{'s' if count > 1 else ''}"))
     return 0
 
 
 def _refuse_taken(target: Path, args: Namespace) -> None:
-    """Raise if a file would be replaced that is no older page, unless the user says so."""
-    if not args.overwrite and not (args.kind == "page" and is_preview_page(target)):
+    """Raise if a file would be replaced that is no older preview, unless the user says so."""
+    if not args.overwrite and not is_preview(target, args.kind):
         refuse_existing([target])
-
-
-def _preview(built: BuiltAtlas, kind: Any, background: Color) -> tuple[bytes, int]:
-    """Return the HTML page or picture of an atlas, and the number of its frames."""
-    path = built.path
-    atlas = with_singles_played(read_atlas(path))
-    match kind:
-        case "page":
-            data = preview_page(atlas, read_all_tracks(atlas), background, FieldData(built.field))
-        case "sheet":
-            tracks = read_tracks(path.with_name(flakes_file(path.stem, "json")))
-            data = contact_sheet(atlas, tracks, built.clip, background)
-        case _:
-            data = animated_image(atlas, kind, background)
-    return data, len(atlas.frames)
 
 
 def _default_target(args: Namespace, name: str) -> Path:
     """Return the default path: in the folder of a recipe's outputs, or beside a built atlas."""
     folder = default_folder(args.subject) if is_recipe(args.subject) else args.subject.parent
     return Path(folder / f"{name}.preview{_SUFFIX[args.kind]}")
-
-
-def _color(text: str) -> Color:
-    try:
-        return ImageColor.getrgb(text)[:3]
-    except ValueError:
-        raise RecipeError(
-            f'--background {text}: must be a colour like "#101014" or midnightblue'
-        ) from None
 
 
 def _tree(args: Namespace) -> RecipeTree | None:

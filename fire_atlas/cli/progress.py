@@ -1,40 +1,25 @@
 """Show the progress and the result of builds: as lines, bars, JSON or not at all."""
 
 import json
+import re
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fire_atlas.cli.text import printable
 from fire_atlas.core.interruption import MESSAGE, if_interrupted
 from fire_atlas.core.progress import SilentProgress
+from fire_atlas.outputs.outcome import Outcome
 
 if TYPE_CHECKING:
     from fire_atlas.cli.console import ProgressBars, RecipeBars
 
 _JSON_INTERVAL = 0.1
 """Minimum seconds between two JSON lines of a stage, except its first and its last."""
-
-
-@dataclass(frozen=True, slots=True)
-class Outcome:
-    """The result of a build, as a view shows it.
-
-    Attributes:
-        files: The files that were written.
-        timings: Seconds by stage.
-        statistics: Figures about the result.
-        fresh: Whether the outputs were up to date, so that nothing was done.
-    """
-
-    files: list[Path] = field(default_factory=list)
-    timings: dict[str, float] = field(default_factory=dict)
-    statistics: dict[str, Any] = field(default_factory=dict)
-    fresh: bool = False
 
 
 class BuildView(SilentProgress):
@@ -79,7 +64,7 @@ class LineView(BuildView):
         """With ``verbose``, also list files and timings."""
         self.verbose = verbose
         self._recipe = Path()
-        self._results: dict[Path, Outcome | None] = {}
+        self._results: dict[Path, Outcome | str] = {}  # or why it failed
 
     def begin(self, recipe: Path) -> None:
         """Name the recipe in the lines that follow."""
@@ -113,13 +98,17 @@ class LineView(BuildView):
         self._print(self._recipe, outcome)
 
     def failed(self, message: str) -> None:
-        """Count the recipe as failed."""
-        self._results[self._recipe] = None
+        """Remember why the recipe failed."""
+        self._results[self._recipe] = message
 
     def finish(self, count: int) -> None:
-        """Print a line with totals if there are several recipes."""
+        """Print a line with totals if there are several recipes, and what failed."""
         if count > 1:
-            print(printable(_totals(list(self._results.values()), count)))
+            self._print_totals(count)
+
+    def _print_totals(self, count: int) -> None:
+        print(printable(_totals(list(self._results.values()), count)))
+        print_failed({path: why for path, why in self._results.items() if isinstance(why, str)})
 
     def _print(self, recipe: Path, outcome: Outcome) -> None:
         print(printable(f"{recipe}: {_summary(outcome)}"))
@@ -221,17 +210,17 @@ class TableView(LineView):
         stale = {
             recipe: outcome
             for recipe, outcome in self._results.items()
-            if outcome is None or not outcome.fresh
+            if isinstance(outcome, str) or not outcome.fresh
         }
         if self.verbose:
             for recipe, outcome in stale.items():
-                if outcome is not None:
+                if not isinstance(outcome, str):
                     self._print(recipe, outcome)
         if stale:
             from fire_atlas.cli.console import print_results
 
             print_results({path: _cells(outcome) for path, outcome in stale.items()})
-        print(printable(_totals(list(self._results.values()), count)))
+        self._print_totals(count)
 
     def _remove_bar(self) -> None:
         if self._bars is not None:
@@ -342,22 +331,30 @@ def view_for(json_lines: bool, quiet: bool, verbose: bool, several: bool = False
     return TableView(verbose) if several else BarView(verbose)
 
 
-def _totals(outcomes: Sequence[Outcome | None], count: int) -> str:
-    """Return how many of ``count`` recipes were built, up to date or failed (None)."""
-    fresh = [outcome.fresh for outcome in outcomes if outcome is not None]
+def print_failed(failed: Mapping[Path, str]) -> None:
+    """Print why recipes have failed; each line begins with the recipe, or with a file it uses."""
+    for recipe, why in failed.items():
+        for line in why.splitlines():
+            is_placed = re.match(r"\S.*:\d+: ", line) or line.startswith(str(recipe))
+            print(printable(f"  {line}" if is_placed else f"  {recipe}: {line}"))
+
+
+def _totals(outcomes: Sequence[Outcome | str], count: int) -> str:
+    """Return how many of ``count`` recipes were built, up to date or failed."""
+    fresh = [outcome.fresh for outcome in outcomes if not isinstance(outcome, str)]
     numbers = {
         "built": fresh.count(False),
         "up to date": fresh.count(True),
-        "failed": outcomes.count(None),
+        "failed": len(outcomes) - len(fresh),
         "not built": count - len(outcomes),
     }
     parts = [f"{number} {result}" for result, number in numbers.items() if number]
     return f"{count} recipes: {', '.join(parts)}"
 
 
-def _cells(outcome: Outcome | None) -> tuple[str, str, str]:
+def _cells(outcome: Outcome | str) -> tuple[str, str, str]:
     """Return result, number of files and seconds of a recipe in the table."""
-    if outcome is None:
+    if isinstance(outcome, str):
         return "failed", "", ""
     return "built", str(len(outcome.files)), f"{sum(outcome.timings.values()):.1f}"
 

@@ -11,9 +11,10 @@ from typing import Any, Protocol, TypeAlias
 
 from fire_atlas.cli.failure import Failures
 from fire_atlas.cli.plan import Plan, refuse_unbuilt
-from fire_atlas.cli.progress import BuildView, Outcome
+from fire_atlas.cli.progress import BuildView
 from fire_atlas.core.errors import OutputError
 from fire_atlas.outputs.cache.build_cache import NOT_READ, NOT_WRITTEN
+from fire_atlas.outputs.outcome import Outcome
 from fire_atlas.recipe.tree import RecipeTree
 
 BuildEvent: TypeAlias = dict[str, Any]

@@ -19,6 +19,7 @@ from fire_atlas.core.files import links_to, real
 from fire_atlas.core.interruption import ends_by_interrupt
 from fire_atlas.outputs.dependencies import files_of, folders_of, recipe_files
 from fire_atlas.outputs.freshness import why_stale
+from fire_atlas.outputs.outcome import fresh_outcome
 from fire_atlas.outputs.recovery import tidy
 from fire_atlas.recipe.document import RECIPE_ENDINGS
 from fire_atlas.recipe.find import find_recipes
@@ -47,11 +48,13 @@ class _Watched:
         files: Files that builds read, and links that lead to what they read.
         folders: Folders in which a new frame, recipe or folder changes a build.
         outs: Folders that builds write into.
+        failed: Why recipes could not be built, as it was printed.
     """
 
     files: set[Path] = field(default_factory=set)
     folders: set[Path] = field(default_factory=set)
     outs: set[Path] = field(default_factory=set)
+    failed: dict[Path, str] = field(default_factory=dict, compare=False)
 
     def is_relevant(self, path: Path) -> bool:
         """Return whether a change of ``path`` may change a build; hidden files are temporary."""
@@ -89,9 +92,8 @@ def run(args: Namespace) -> int:
                 count = len(watched.files)
                 print(printable(f"watching {count} files; Ctrl-C ends"), file=sys.stderr)
             for _ in _changes(watched):
-                now = _build_all(args, view, watched)
-                if now != watched:
-                    watched = now
+                before, watched = watched, _build_all(args, view, watched)
+                if watched != before:
                     break  # start watching the new set of files
 
 
@@ -131,7 +133,7 @@ def _folder_id(folder: Path) -> _FolderId | None:
 
 def _build_all(args: Namespace, view: BuildView, before: _Watched) -> _Watched:
     """Build the recipes that are not up to date; return the files and folders to watch."""
-    failures = Failures(args.verbose > 1, view.failed)
+    failures = Failures(args.verbose > 1, view.failed, known=before.failed)
     named = [real(path) for path in args.recipes]
     watched = _Watched(
         {path for path in named if not path.is_dir()}, {path for path in named if path.is_dir()}
@@ -140,12 +142,18 @@ def _build_all(args: Namespace, view: BuildView, before: _Watched) -> _Watched:
     with failures.caught():
         for tree in read_recipes(find_recipes(args.recipes), args, view, failures):
             view.begin(tree.path)
-            with failures.caught():
+            with failures.caught(tree.path):
                 _add_inputs(tree, watched)
                 watched.outs.add(real(folder_of(tree, args)))
                 tidy(folder_of(tree, args), tree.name, view.note)
                 if why_stale(tree, folder_of(tree, args)) is not None:
                     view.done(build_recipe(tree, args, view))
+                elif tree.path in before.failed:
+                    view.done(fresh_outcome(tree, folder_of(tree, args)))
+    watched.failed = failures.of_recipes
+    for path in before.failed.keys() - watched.failed.keys():
+        view.begin(path)
+        view.note("the mistake is mended")
     if failures.worst_code:  # watch the earlier files too: the user may fix one
         watched.files |= before.files
         watched.folders |= {*before.folders, *(path.parent for path in watched.files)}

@@ -16,24 +16,33 @@ million by default, which take a few minutes to decode."""
 
 
 def check_workload(
-    what: Path | str, frames: int, size: tuple[int, int], max_pixels: int, fewer: str
+    frames: int,
+    size: tuple[int, int],
+    max_pixels: int,
+    fewer: str,
+    *,
+    path: Path | None = None,
+    key: tuple[str, ...] | None = None,
 ) -> None:
     """Refuse clips that are within the limits on size and number of frames, but not on both.
 
     Args:
-        what: The file, or the keys, that ask for these frames.
         frames: How many of them the recipe takes.
         size: Their width and height, px.
         max_pixels: Limit on the pixels of a picture.
         fewer: Keys by which the recipe would take fewer.
+        path: The file that has these frames, if one has.
+        key: The key of the recipe that asks for them, if one does.
 
     Raises:
         SourceError: With what was found, the limit, and what would allow it.
     """
     pixels = frames * size[0] * size[1]
     if pixels > _PICTURES * max_pixels:
+        of = f"{path}: " if path else ""
         raise SourceError(
-            f"{what}: {frames} frames of {size[0]}x{size[1]} are {pixels / 1e9:.3g} thousand "
+            f"{of}{frames} frames of {size[0]}x{size[1]} are {pixels / 1e9:.3g} thousand "
             f"million pixels, more than {_PICTURES * max_pixels / 1e9:.3g}; use fewer ({fewer}), "
-            f"or allow it: --limit-pixels {-(-pixels // _PICTURES)}"
+            f"or allow it: --limit-pixels {-(-pixels // _PICTURES)}",
+            key=key,
         )

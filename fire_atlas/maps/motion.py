@@ -47,8 +47,9 @@ class _Motion(Maker):
         sizes = set(parts.sizes)
         if len(sizes) > 1:
             raise SourceError(
-                "maps.motion: the images of an animation differ in size, but motion vectors need "
-                "equal sizes; make them one size, or leave maps.motion out"
+                "the images of an animation differ in size, but motion vectors need equal sizes; "
+                "make them one size, or leave it out",
+                key=("maps", "motion"),
             )
         skipped = _thumbnails(parts, recipe, context.workers)
         with context.timer.measure("motion"):

@@ -9,10 +9,10 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 
-from fire_atlas import __version__
 from fire_atlas.core.errors import OutputError
 from fire_atlas.core.interruption import signals_wait
 from fire_atlas.core.output_file import OutputFile, Role
+from fire_atlas.core.version import __version__
 from fire_atlas.outputs.folder import refuse_leading_out
 from fire_atlas.outputs.manifest import (
     Manifest,

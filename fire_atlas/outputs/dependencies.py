@@ -7,6 +7,7 @@ from pathlib import Path
 
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.files import real
+from fire_atlas.recipe.located import located
 from fire_atlas.recipe.ramps import existing_ramps
 from fire_atlas.recipe.tree import RecipeTree, source_files, templates, texture_files
 from fire_atlas.sources.listing import (
@@ -68,12 +69,12 @@ def _source_inputs(tree: RecipeTree) -> list[Path]:
     first = start if isinstance(start, int) else 0
     used = FixedRange(first, count if isinstance(count, int) else None)
     is_learnt = tree.value(("source", "kind")) == "profile"
-    frames = [
-        path
-        for key, files in source_files(tree).items()
-        for path in list_inputs(used, files, is_clip=not (is_learnt and key == ("source", "path")))
-    ]
-    return [*frames, *textures_of(tree)]
+    found = list[Path]()
+    for key, files in source_files(tree).items():
+        is_clip = not (is_learnt and key == ("source", "path"))
+        with located(tree, key):
+            found += list_inputs(used, files, is_clip=is_clip)
+    return [*found, *textures_of(tree)]
 
 
 def textures_of(tree: RecipeTree) -> list[Path]:
@@ -83,11 +84,11 @@ def textures_of(tree: RecipeTree) -> list[Path]:
         SourceError: It does not exist, or is a folder.
     """
     for key, path in texture_files(tree).items():
-        where = tree.origin(key).locate(key)
-        if not path.exists():
-            raise SourceError(f"{where}: there is no image {path}; paths begin at the recipe file")
-        if path.is_dir():
-            raise SourceError(f"{where}: {path} is a folder; name one image, or a sheet with grid")
+        with located(tree, key):
+            if not path.exists():
+                raise SourceError(f"there is no image {path}; paths begin at the recipe file")
+            if path.is_dir():
+                raise SourceError(f"{path} is a folder; name one image, or a sheet with grid")
     return list(texture_files(tree).values())
 
 

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
 
-from fire_atlas import __version__
 from fire_atlas.core.files import MIB, read_file, real
 from fire_atlas.core.output_file import MANIFEST_ENDING, plain_name
+from fire_atlas.core.version import __version__
 from fire_atlas.outputs.digest import HashedFile, file_digest
 
 MAX_MANIFEST_BYTES = 32 * MIB

@@ -12,6 +12,7 @@ from fire_atlas.outputs.freshness import why_stale
 from fire_atlas.outputs.ownership import commit
 from fire_atlas.outputs.staging import Staging
 from fire_atlas.pipeline.animation.contribute import contribute
+from fire_atlas.pipeline.examine import examine
 from fire_atlas.pipeline.files.exports import exported_files, note_what_engines_need, track_files
 from fire_atlas.pipeline.files.images import write_images
 from fire_atlas.pipeline.files.movies import movie_files
@@ -26,12 +27,13 @@ from fire_atlas.pipeline.input.open import (
     check_inputs,
     hash_inputs,
     input_files,
-    located_source,
     open_input,
     open_texture,
+    source_key,
 )
 from fire_atlas.pipeline.pages.content import build_statistics, page_content
 from fire_atlas.pipeline.pages.layout import images, pack
+from fire_atlas.recipe.located import located
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +66,7 @@ def build(
     """
     recipe, timer = loaded.recipe, StageTimer()
     with (
+        located(loaded.tree),
         Workers(options.jobs) as workers,
         Staging(out, recipe.name, progress.note, options.overwrite) as staging,
     ):
@@ -72,12 +75,13 @@ def build(
         context = BuildContext(workers, progress, timer, options.max_pixels)
         tool = workers.start(tool_digest)
         with timer.measure("study"):
+            examine(loaded, workers, options.max_pixels)
             inputs = hash_inputs(loaded, staging, workers)
         refuse_taken_names(recipe, staging)
         contributions, files = [], list[Path]()
         for part in loaded.parts:
             cells = open_texture(part, context)
-            with located_source(part):
+            with located(part.tree, source_key(part)):
                 with timer.measure("study"):
                     opened = open_input(part, context)
                 contributions.append(contribute(part.recipe, opened, cells, context))

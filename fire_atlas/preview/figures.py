@@ -3,7 +3,6 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from fire_atlas.atlas.sheet import Page
 from fire_atlas.effect.flakes.statistics import Figure
 from fire_atlas.formats.atlas.texture_packer import AtlasFile
 
@@ -32,9 +31,9 @@ def page_use(atlas: AtlasFile, page: int) -> PageUse:
     return PageUse(len(frames), len(places), covered / area)
 
 
-def safe_mip(page: Page) -> str:
+def safe_mip(level: int | None) -> str:
     """Return the smallest mip level at which no frame mixes with its neighbours, as text."""
-    return "none, not even filtering" if page.safe_mip is None else str(page.safe_mip)
+    return "none, not even filtering" if level is None else str(level)
 
 
 def value_text(figure: Figure) -> str:

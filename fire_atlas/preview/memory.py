@@ -1,10 +1,8 @@
-"""The table of the memory that pages and maps take on a GPU, in each format that they have."""
+"""The memory that pages and maps take on a GPU, in each format that they have."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Self
-
-from rich.table import Column, Table
 
 from fire_atlas.atlas.sheet import AtlasSheet
 from fire_atlas.core.errors import SourceError
@@ -14,9 +12,7 @@ from fire_atlas.formats.pages.colour_error import ColourError
 from fire_atlas.formats.textures.error import TextureError
 from fire_atlas.formats.textures.texture_file import read_texture
 
-_MIB = 1 << 20
-
-_UNCOMPRESSED = {"r8": 1, "rgba8": 4, "rgba16": 8, "rgba16f": 8}
+UNCOMPRESSED = {"r8": 1, "rgba8": 4, "rgba16": 8, "rgba16f": 8}
 """Bytes of a pixel of the uncompressed formats: of pages, and of light as half floats."""
 
 
@@ -79,7 +75,7 @@ def texture_uses(atlas: AtlasFile, errors: ImageErrors) -> Iterator[TextureUse]:
             levels = max((texture.levels for texture in textures), default=1)
             sizes = ((max(page.width >> i, 1), max(page.height >> i, 1)) for i in range(levels))
             kept = _kept_as(sheet, image)
-            memory = sum(width * height * _UNCOMPRESSED[kept] for width, height in sizes)
+            memory = sum(width * height * UNCOMPRESSED[kept] for width, height in sizes)
             lossy = errors.pages.get(image)
             yield TextureUse(image, kept, levels, memory, lossy.psnr if lossy else None)
             for texture in textures:
@@ -108,36 +104,3 @@ def _compressed(
     error = errors.textures.get(file)
     figures = (error.psnr, error.hue) if error else (None, None)
     return TextureUse(file, header.format.name, len(header.sizes), header.memory, *figures)
-
-
-def memory_table(atlas: AtlasFile, errors: ImageErrors) -> Table:
-    """Return the table of the memory on a GPU."""
-    uses = list(texture_uses(atlas, errors))
-    caption = (
-        "PSNR: over visible pixels, premultiplied; hues: distance, ΔE, that 99.5 % of them keep"
-        if any(use.psnr is not None for use in uses)
-        else None
-    )
-    heads = (
-        Column("file", overflow="fold"),
-        "kept as",
-        "mip levels",
-        "memory",
-        "of uncompressed",
-        "PSNR",
-        "hues",
-    )
-    table = Table(*heads, title="memory on the GPU", caption=caption)
-    whole = 0
-    for use in uses:
-        whole = use.memory if use.format in _UNCOMPRESSED else whole
-        table.add_row(
-            use.file,
-            use.format,
-            str(use.levels),
-            f"{use.memory / _MIB:.2f} MiB",
-            f"{100 * use.memory / whole:.1f} %",
-            "-" if use.psnr is None else f"{use.psnr:.1f} dB",
-            "-" if use.hue is None else f"{use.hue:.1f}",
-        )
-    return table

@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from fire_atlas import __version__
 from fire_atlas.atlas.sheet import Animation, AtlasSheet, Region, VectorScale, common_canvas
 from fire_atlas.core.files import open_file
 from fire_atlas.core.pixels import srgb_to_hex
 from fire_atlas.core.shipped import shipped
+from fire_atlas.core.version import __version__
 from fire_atlas.effect.flakes.statistics import Figure, flake_figures
 from fire_atlas.effect.flakes.tracks import COLUMNS, Tracks
 from fire_atlas.formats.atlas.texture_packer import AtlasFile
@@ -368,7 +368,7 @@ def _page(atlas: AtlasFile, index: int) -> dict[str, Any]:
         f"{use.frames} frames{places}",
         f"{100 * use.occupancy:.1f} % covered",
         f"{size / 1e6:.2f} MB",
-        f"safe mip level: {safe_mip(page)}",
+        f"safe mip level: {safe_mip(page.safe_mip)}",
     )
     return {
         "file": page.file,

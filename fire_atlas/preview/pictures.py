@@ -1,7 +1,9 @@
 """Animated images and contact sheets of an atlas."""
 
 import io
+import struct
 from collections.abc import Iterable
+from pathlib import Path
 from typing import Literal
 
 import cv2
@@ -10,6 +12,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from fire_atlas.atlas.encode import encode_frame
 from fire_atlas.core.clip import Clip
+from fire_atlas.core.files import open_file
 from fire_atlas.core.picture import with_alpha
 from fire_atlas.core.pixels import Bytes, encode_bytes, expose
 from fire_atlas.effect.flakes.drawing import draw_frame
@@ -18,6 +21,7 @@ from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.formats.atlas.texture_packer import AtlasFile
 from fire_atlas.formats.movies.movie import Movie
 from fire_atlas.formats.movies.write import write_movie
+from fire_atlas.formats.pages import png
 from fire_atlas.preview.blend import blend
 from fire_atlas.preview.cut_frames import aligned_frames, cut_frames, shown_alpha, texture_of
 
@@ -35,20 +39,21 @@ _LABEL_COLOR = (170, 170, 180)
 
 
 def animated_image(atlas: AtlasFile, kind: AnimationKind, background: Color) -> bytes:
-    """Return a GIF, WebP or APNG file of an atlas that plays over ``background``."""
+    """Return a GIF, WebP or APNG file of an atlas that plays over ``background``, signed."""
     pictures = [
         with_alpha(blend(frame, background, shown_alpha(atlas.sheet), atlas.sheet.blend_space))
         for frame in aligned_frames(atlas)
     ]
     height, width = pictures[0].shape[:2]
     durations = tuple(frame.duration for frame in atlas.frames)
-    return write_movie(kind, Movie(width, height, durations, True, pictures.__getitem__))
+    return _signed(write_movie(kind, Movie(width, height, durations, True, pictures.__getitem__)))
 
 
 def contact_sheet(
     atlas: AtlasFile, tracks: Tracks | None, clip: Clip | None, background: Color
 ) -> bytes:
-    """Return a PNG with up to 12 frames of an atlas: rows of the input, the flakes and the result.
+    """Return a PNG with up to 12 frames of an atlas: rows of the input, the flakes and the result;
+    signed.
 
     The frames are evenly spread. Without ``clip`` or ``tracks`` their rows are left out. If all
     animations have the same length, like the views of a fire, each has a row.
@@ -70,7 +75,37 @@ def contact_sheet(
     rows += [pictures[i : i + len(chosen)] for i in range(0, len(pictures), len(chosen))]
     file = io.BytesIO()
     _sheet(chosen, rows, background).save(file, "PNG")
-    return file.getvalue()
+    return _signed(file.getvalue())
+
+
+_SIGNATURE = b"fire-atlas preview"
+"""Identifies a picture that was made here, at its end, where every format may have a remark."""
+
+
+def is_preview_picture(path: Path) -> bool:
+    """Return whether a file is a picture that was made here, in this version or a later one."""
+    try:
+        with open_file(path) as file:
+            file.seek(0, io.SEEK_END)
+            file.seek(max(0, file.tell() - 64))
+            return _SIGNATURE in file.read()
+    except OSError:
+        return False
+
+
+def _signed(picture: bytes) -> bytes:
+    """Return a GIF, PNG or WebP with the signature: a comment extension, a chunk ``tEXt``, or a
+    chunk that readers of WebP have to ignore."""
+    if picture.startswith(b"GIF8"):
+        return picture[:-1] + b"\x21\xfe" + bytes([len(_SIGNATURE)]) + _SIGNATURE + b"\0;"
+    if picture.startswith(png.SIGNATURE):
+        remark = io.BytesIO()
+        png.write_chunk(remark, b"tEXt", b"Software\0" + _SIGNATURE)
+        end = len(picture) - 12  # the chunk IEND
+        return picture[:end] + remark.getvalue() + picture[end:]
+    chunk = b"NOTE" + struct.pack("<I", len(_SIGNATURE)) + _SIGNATURE  # of an even length
+    size = struct.pack("<I", len(picture) + len(chunk) - 8)
+    return picture[:4] + size + picture[8:] + chunk
 
 
 def _flakes(tracks: Tracks, texture: TextureCells | None, i: int) -> Bytes:

@@ -1,193 +1,243 @@
-"""Describe a finished atlas in tables and sentences, for ``fire-atlas inspect``."""
+"""Describe a finished atlas on one screen, or in tables of its details: ``fire-atlas inspect``."""
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
-from typing import Any, Self
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TypeVar
 
-from rich.table import Table
+from fire_atlas.effect.flakes.statistics import Figure
+from fire_atlas.preview.figures import range_text, safe_mip, value_text
+from fire_atlas.preview.inspection import AnimationFigures, Inspection, MapFigures, PageFigures
+from fire_atlas.preview.memory import UNCOMPRESSED
+from fire_atlas.preview.overdraw import Overdraw
+from fire_atlas.preview.sentences import BuildSentences
 
-from fire_atlas.core.statistics import by_animation, read_figures
-from fire_atlas.effect.flakes.statistics import flake_figures
-from fire_atlas.effect.flakes.tracks import Tracks
-from fire_atlas.formats.atlas.texture_packer import AtlasFile
-from fire_atlas.heat.encode import HeatError
-from fire_atlas.maps.vectors.cross_validation import ValidationReport, read_reports
-from fire_atlas.maps.vectors.encoding import motion_encoding
-from fire_atlas.preview.figures import page_use, range_text, safe_mip, span, value_text
-from fire_atlas.preview.loops import figures_of_loops
-from fire_atlas.preview.memory import ImageErrors, memory_table
-from fire_atlas.preview.overdraw import Overdraw, overdraw_of
+_MIB = 1 << 20
 
-_VISIBLE_HUE = 6.0
-"""Hues further than this, ΔE, outside of the clip's own are noticed."""
+Item = TypeVar("Item")
+
+
+def summary(found: Inspection) -> Iterator[str]:
+    """Yield the lines of a summary: at most twenty, whatever the atlas."""
+    frames = sum(animation.frames for animation in found.animations)
+    seconds = sum(animation.seconds for animation in found.animations)
+    yield (
+        f"{found.path.name}: {_counted(frames, 'frame')}, {seconds:.2f} s, "
+        f"{_counted(len(found.animations), 'animation')}, {_counted(len(found.pages), 'page')}"
+    )
+    lines = {
+        "pages": [*_some(found.pages, _page_line, "--pages"), *_grid(found)],
+        "memory": [", ".join(_memories(found))],
+        "frames": _some(found.animations, _frames_line, "--frames"),
+        "overdraw": [_overdraw_line(found)],
+        "loop": _some(list(found.loops.items()), lambda loop: _loop_line(*loop), "--loops"),
+        "maps": _some(found.maps, _map_line, "--maps"),
+        "": _first_sentences(found.sentences),
+    }
+    for label, texts in lines.items():
+        for number, text in enumerate(texts):
+            yield f"{label if number == 0 else '':8}  {text}"
+    yield f"{'details':8}  {' '.join(f'--{name}' for name in DETAILS)}"
+
+
+def _counted(number: int, what: str) -> str:
+    return f"{number} {what}{'' if number == 1 else 's'}"
+
+
+def _some(items: Sequence[Item], line: Callable[[Item], str], option: str) -> list[str]:
+    """Return a line for each of two items; of more, for the first, and how many an option shows."""
+    if len(items) <= 2:
+        return [line(item) for item in items]
+    return [line(items[0]), f"and {len(items) - 1} more: {option}"]
+
+
+def _page_line(page: PageFigures) -> str:
+    return (
+        f"{page.file}: {page.width} x {page.height} px, {_counted(page.use.frames, 'frame')} in "
+        f"{_counted(page.use.places, 'place')}, {100 * page.use.occupancy:.1f} % covered, safe mip "
+        f"level: {safe_mip(page.safe_mip)}"
+    )
+
+
+def _grid(found: Inspection) -> list[str]:
+    if found.grid is None:
+        return []
+    grid = found.grid
+    cell = f"{grid.cell_width} x {grid.cell_height}"
+    return [f"{grid.columns} columns x {grid.rows} rows of cells of {cell} px, gutter included"]
+
+
+def _memories(found: Inspection) -> list[str]:
+    """Return how much all images take in each format that they are kept in."""
+    taken: dict[str, int] = {}
+    for use in found.textures:
+        taken[use.format] = taken.get(use.format, 0) + use.memory
+    return [f"{memory / _MIB:.2f} MiB as {kept}" for kept, memory in taken.items()]
+
+
+def _frames_line(animation: AnimationFigures) -> str:
+    return (
+        f"{animation.name}: {animation.frames}, {animation.seconds:.2f} s at {_rate(animation)} "
+        f"fps, plays {_plays(animation)}, {_full(animation)} px, trimmed: {_trimmed(animation)}, "
+        f"pivot {_pivot(animation)}"
+    )
+
+
+def _overdraw_line(found: Inspection) -> str:
+    total = Overdraw.together(list(found.overdraw.values()))
+    as_drawn = "meshes" if found.has_meshes else "rectangles"
+    ratio = _ratio(total.drawn, total.visible)
+    return f"{ratio} px are drawn for each that shows something, as {as_drawn}"
+
+
+def _loop_line(name: str, figures: Sequence[Figure]) -> str:
+    measured = ", ".join(f"{figure.name} {figure.value:.2f}" for figure in figures[:1])
+    odd = [figure.name for figure in figures if not figure.is_in_range]
+    return f"{name}: {measured}: {'TO BE SEEN: ' + ', '.join(odd) if odd else 'goes unnoticed'}"
+
+
+def _map_line(stated: MapFigures) -> str:
+    first, *others = stated.files
+    files = f"{first} and {len(others)} more" if others else first
+    return f"{stated.kind}: {', '.join(filter(None, [files, stated.engine, stated.strength]))}"
+
+
+def _first_sentences(sentences: BuildSentences) -> list[str]:
+    """Return the first sentence on pages, blends, motion vectors and flakes, and how many more
+    there are."""
+    kinds = (sentences.pages, sentences.blends, sentences.motion, sentences.flakes)
+    shown = [kind[0] for kind in kinds if kind]
+    more = sum(map(len, kinds)) - len(shown)
+    return [*shown, f"and {more} more: --pages --loops --maps --flakes"] if more else shown
 
 
 @dataclass(frozen=True, slots=True)
-class BuildSentences:
-    """What the statistics in a manifest say of a build.
+class Detail:
+    """A table.
 
     Attributes:
-        pages: Of the colours of lossy pages and of heat; they follow the table of pages.
-        blends: Of frames of cross-fades; they follow the table of loops.
-        motion: Of motion vectors; they follow the table of maps.
-        flakes: Of flakes; they follow it too.
-        images: How far lossy pages and compressed textures are from what was drawn.
+        heads: Heads of its columns.
+        rows: Its cells, as text.
+        remarks: Sentences below it.
     """
 
-    pages: tuple[str, ...] = ()
-    blends: tuple[str, ...] = ()
-    motion: tuple[str, ...] = ()
-    flakes: tuple[str, ...] = ()
-    images: ImageErrors = field(default_factory=lambda: ImageErrors({}, {}))
+    heads: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    remarks: tuple[str, ...] = ()
 
-    @classmethod
-    def of(cls, statistics: dict[str, Any]) -> Self:
-        """Return the sentences on all animations.
-
-        Raises:
-            ValueError: The statistics are invalid.
-        """
-        motion = (_motion_sentence(*report) for report in read_reports(statistics).items())
-        images = ImageErrors.of(statistics)
-        heat = read_figures(statistics, "heat_error", HeatError)
-        return cls(
-            pages=(
-                *(f"{file}: {error.sentence()}" for file, error in images.pages.items()),
-                *(f"{name}: {error.sentence()}" for name, error in heat.items()),
-            ),
-            blends=tuple(_blend_sentences(statistics)),
-            motion=tuple(motion),
-            flakes=tuple(_flake_sentences(statistics)),
-            images=images,
-        )
+    def lines(self) -> Iterator[str]:
+        """Yield the table and its remarks as lines; no cell is broken."""
+        if self.rows:
+            table = [self.heads, *self.rows]
+            widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+            for row in table:
+                padded = (cell.ljust(width) for cell, width in zip(row, widths, strict=True))
+                yield "  ".join(padded).rstrip()
+        yield from self.remarks
 
 
-def tables_of(
-    atlas: AtlasFile, tracks: Mapping[str, Tracks], sentences: BuildSentences
-) -> Iterator[Table | str]:
-    """Yield tables of pages, their memory, frames, overdraw, loops, maps and flakes.
-
-    Args:
-        atlas: The atlas to describe.
-        tracks: Flakes of each animation that has any, by its name.
-        sentences: What the manifest says.
-
-    Raises:
-        SourceError: A page file or a texture is missing, or is not as the atlas states.
-    """
-    yield _pages(atlas)
-    yield from sentences.pages
-    yield memory_table(atlas, sentences.images)
-    yield _frames(atlas)
-    yield _overdraw(atlas)
-    if (loops := _loops(atlas)) is not None:
-        yield loops
-    yield from sentences.blends
-    if atlas.sheet.maps:
-        yield _maps(atlas)
-        yield from sentences.motion
-    yield from sentences.flakes
-    if sentences.flakes and not tracks:
-        yield "flakes: their tracks are not beside the atlas; tracks: [json] has them measured here"
-    for name, recorded in tracks.items():
-        title = "flakes" if len(tracks) == 1 else f"flakes of {name}"
-        yield _flakes(recorded, title)
-
-
-def _flake_sentences(statistics: dict[str, Any]) -> Iterator[str]:
-    """Yield a sentence on the flakes of each animation."""
-    for animation, figures in by_animation(statistics):
-        match figures:
-            case {"flakes": {"born": int(born), "alive_mean": float() | int() as alive} as flakes}:
-                of = f" of {animation}" if animation else ""
-                kind = f"; class: {flakes['class']}" if "class" in flakes else ""
-                yield f"flakes{of}: {born} in all, {alive:.3g} at a time{kind}"
-
-
-def _blend_sentences(statistics: dict[str, Any]) -> Iterator[str]:
-    """Yield a sentence on the hues of each animation with cross-fades."""
-    for animation, figures in by_animation(statistics):
-        if "blended" in figures:
-            yield _blend_sentence(animation, figures["blended"])
-
-
-def _blend_sentence(animation: str, figures: Any) -> str:
-    match figures:
-        case {"hue_error": float(error) | int(error)}:
-            frames = (
-                f"frames of cross-fades in {animation}" if animation else "frames of cross-fades"
-            )
-            limit = "unseen" if error <= _VISIBLE_HUE else "TO BE SEEN"
-            return f"{frames}: hues at most ΔE {error:.1f} outside of the clip's own, {limit}"
-    raise ValueError(f"{figures!r} are no figures of cross-fades")
-
-
-def _pages(atlas: AtlasFile) -> Table:
-    heads = ("page", "size", "frames", "places", "occupancy", "safe mip level")
-    table = Table(*heads, title="pages", caption=_grid(atlas))
-    for i, page in enumerate(atlas.sheet.pages):
-        use = page_use(atlas, i)
-        table.add_row(
+def _pages(found: Inspection) -> Detail:
+    rows = [
+        (
             page.file,
             f"{page.width} x {page.height}",
-            str(use.frames),
-            str(use.places),
-            f"{100 * use.occupancy:.1f} %",
-            safe_mip(page),
+            str(page.use.frames),
+            str(page.use.places),
+            f"{100 * page.use.occupancy:.1f} %",
+            safe_mip(page.safe_mip),
         )
-    return table
+        for page in found.pages
+    ]
+    heads = ("page", "size", "frames", "places", "occupancy", "safe mip level")
+    return Detail(heads, tuple(rows), (*_grid(found), *found.sentences.pages))
 
 
-def _grid(atlas: AtlasFile) -> str | None:
-    grid = atlas.sheet.grid
-    if grid is None:
-        return None
-    cell = f"{grid.cell_width} x {grid.cell_height}"
-    return f"{grid.columns} columns x {grid.rows} rows of cells of {cell} px, gutter included"
+def _memory(found: Inspection) -> Detail:
+    rows, whole = [], 0
+    for use in found.textures:
+        whole = use.memory if use.format in UNCOMPRESSED else whole
+        rows.append(
+            (
+                use.file,
+                use.format,
+                str(use.levels),
+                f"{use.memory / _MIB:.2f} MiB",
+                f"{100 * use.memory / whole:.1f} %",
+                "-" if use.psnr is None else f"{use.psnr:.1f} dB",
+                "-" if use.hue is None else f"{use.hue:.1f}",
+            )
+        )
+    captions = (
+        "PSNR: over visible pixels, premultiplied",
+        "hues: distance, ΔE, that 99.5 % of them keep",
+    )
+    has_errors = any(use.psnr is not None for use in found.textures)
+    heads = ("file", "kept as", "mip levels", "memory", "of uncompressed", "PSNR", "hues")
+    return Detail(heads, tuple(rows), captions if has_errors else ())
 
 
-def _frames(atlas: AtlasFile) -> Table:
-    heads = ("animation", "frames", "duration", "fps", "plays", "full size", "trimmed", "pivot")
-    table = Table(*heads, title="frames")
-    regions = {region.name: region for region in atlas.frames}
-    for animation in atlas.sheet.animations:
-        frames = [regions[frame] for frame in animation.frames]
-        seconds = sum(frame.duration for frame in frames) / 1000
-        trimmed = [frame for frame in frames if frame.trimmed]
-        x, y = frames[0].anchor
-        table.add_row(
+def _frames(found: Inspection) -> Detail:
+    rows = [
+        (
             animation.name,
-            str(len(frames)),
-            f"{seconds:.2f} s",
-            f"{len(frames) / seconds:.4g}" if seconds else "-",
-            "in a loop" if animation.loop else "once",
-            f"{span([f.frame_width for f in frames])} x "
-            f"{span([f.frame_height for f in frames])}",
-            f"{len(trimmed)}, to {span([f.width for f in frames])} x "
-            f"{span([f.height for f in frames])}" if trimmed else "none",
-            f"{x:.3g}, {y:.3g}",
-        )  # fmt: skip
-    return table
+            str(animation.frames),
+            f"{animation.seconds:.2f} s",
+            _rate(animation),
+            _plays(animation),
+            _full(animation),
+            _trimmed(animation),
+            _pivot(animation),
+        )
+        for animation in found.animations
+    ]
+    heads = ("animation", "frames", "duration", "fps", "plays", "full size", "trimmed", "pivot")
+    return Detail(heads, tuple(rows))
 
 
-def _overdraw(atlas: AtlasFile) -> Table:
-    """Return how much a renderer draws of each animation, and of all."""
+def _rate(animation: AnimationFigures) -> str:
+    return f"{animation.frames / animation.seconds:.4g}" if animation.seconds else "-"
+
+
+def _plays(animation: AnimationFigures) -> str:
+    return "in a loop" if animation.loop else "once"
+
+
+def _full(animation: AnimationFigures) -> str:
+    return f"{_span(animation.widths)} x {_span(animation.heights)}"
+
+
+def _trimmed(animation: AnimationFigures) -> str:
+    if not animation.trimmed:
+        return "none"
+    size = f"{_span(animation.trimmed_widths)} x {_span(animation.trimmed_heights)}"
+    return f"{animation.trimmed}, to {size}"
+
+
+def _pivot(animation: AnimationFigures) -> str:
+    return ", ".join(f"{coordinate:.3g}" for coordinate in animation.pivot)
+
+
+def _span(values: tuple[int, int]) -> str:
+    least, most = values
+    return str(least) if least == most else f"{least}..{most}"
+
+
+def _overdraw(found: Inspection) -> Detail:
     caption = "overdraw: area that is drawn / pixels that show something"
-    if not atlas.sheet.has_meshes:
+    if not found.has_meshes:
         caption += "; atlas.mesh: {vertices: 8} draws tight polygons"
-    heads = ("animation", "drawn as", "overdraw", "of rectangles")
-    table = Table(*heads, title="overdraw", caption=caption)
-    figures = overdraw_of(atlas)
+    figures = dict(found.overdraw)
     if len(figures) > 1:
         figures["all"] = Overdraw.together(list(figures.values()))
-    for name, each in figures.items():
-        table.add_row(
+    rows = [
+        (
             name,
-            _drawn_as(each) if atlas.sheet.has_meshes else "rectangles",
-            _ratio(each.drawn, each.visible),
-            _ratio(each.rectangles, each.visible),
+            _ratio(drawn.drawn, drawn.visible),
+            _ratio(drawn.rectangles, drawn.visible),
+            _drawn_as(drawn) if found.has_meshes else "rectangles",
         )
-    return table
+        for name, drawn in figures.items()
+    ]
+    return Detail(("animation", "overdraw", "of rectangles", "drawn as"), tuple(rows), (caption,))
 
 
 def _drawn_as(figures: Overdraw) -> str:
@@ -198,72 +248,60 @@ def _drawn_as(figures: Overdraw) -> str:
         "as rectangles: empty": figures.empty,
         "as rectangles: filled to all corners": figures.full,
     }
-    return "\n".join(f"{count} {how}" for how, count in counts.items() if count)
+    return "; ".join(f"{count} {how}" for how, count in counts.items() if count)
 
 
 def _ratio(area: float, visible: int) -> str:
     return f"{area / visible:.2f}" if visible else "-"
 
 
-def _loops(atlas: AtlasFile) -> Table | None:
-    """Return the figures of all loops; None if none is measured."""
-    loops = figures_of_loops(atlas)
-    if not loops:
-        return None
-    heads = [figure.name for figure in next(iter(loops.values()))]
-    caption = (
-        "steps: change from frame to frame / its median (at the seam, 0.8 to 1.25 goes unnoticed); "
-        "flow and light at the seam: change there / 95th percentile of the loop's other changes; "
-        "least detail: detail of the blurriest frame / median detail"
+def _loops(found: Inspection) -> Detail:
+    names = [figure.name for figures in list(found.loops.values())[:1] for figure in figures]
+    rows = [
+        (name, *(f"{figure.value:.2f}" for figure in figures))
+        for name, figures in found.loops.items()
+    ]
+    captions = (
+        "steps: change from frame to frame / its median (at the seam, 0.8 to 1.25 goes unnoticed)",
+        "flow and light at the seam: change there / 95th percentile of the loop's other changes",
+        "least detail: detail of the blurriest frame / median detail",
     )
-    table = Table("loop", *heads, title="loops", caption=caption)
-    for name, figures in loops.items():
-        table.add_row(name, *(f"{figure.value:.2f}" for figure in figures))
-    return table
+    remarks = (*(captions if rows else ()), *found.sentences.blends)
+    return Detail(("loop", *names), tuple(rows), remarks)
 
 
-def _maps(atlas: AtlasFile) -> Table:
-    table = Table("map", "files", "for", "strength", title="maps")
-    for each in atlas.sheet.maps:
-        engine, strength = "", ""
-        if each.vectors is not None and each.kind == "haze":
-            strength = f"{each.vectors.scale:g} px"
-        elif each.vectors is not None:
-            engine, (x, y) = each.vectors.engine, each.vectors.pixels
-            unit = "of a cell" if motion_encoding(engine).unit == "cell" else "px"
-            strength = f"{each.vectors.scale:g} {unit} a frame ({x:.3g} x {y:.3g} px)"
-        table.add_row(each.kind, ", ".join(each.files), engine, strength)
-    return table
+def _maps(found: Inspection) -> Detail:
+    rows = [
+        (stated.kind, stated.engine, stated.strength, ", ".join(stated.files))
+        for stated in found.maps
+    ]
+    return Detail(("map", "for", "strength", "files"), tuple(rows), found.sentences.motion)
 
 
-_VISIBLE_GAIN = 0.01
-"""Gain of motion vectors below which they make no difference to be seen."""
-
-
-def _motion_sentence(animation: str, report: ValidationReport | None) -> str:
-    """Return how much motion vectors improve blending; ``animation`` is empty if it is the only."""
-    vectors = f"motion vectors of {animation}" if animation else "motion vectors"
-    if report is None:
-        return f"{vectors}: none, the animation is too short to test them"
-    if report.still:
-        return f"{vectors}: none, nothing moves: frames that were held out are as their neighbours"
-    if not report.helps:
-        return f"{vectors}: none, plain blending is as close to frames that were held out"
-    if report.gain < _VISIBLE_GAIN:
-        small = "less than 1 % closer than plain blending"
-        return f"{vectors}: {small}; little of what changes between frames is motion"
-    return f"{vectors}: {100 * report.gain:.0f} % closer than plain blending"
-
-
-def _flakes(tracks: Tracks, title: str) -> Table:
-    table = Table("flakes", "", "should be", "", title=title)
-    rounds = f", {tracks.rounds} rounds of the loop" if tracks.rounds > 1 else ""
-    table.add_row("length", f"{len(tracks.frames) / tracks.fps:.4g} s{rounds}")
-    for figure in flake_figures(tracks):
-        table.add_row(
-            figure.name,
-            value_text(figure),
-            range_text(figure.low, figure.high),
-            "" if figure.is_in_range else "out of range",
+def _flakes(found: Inspection) -> Detail:
+    rows = []
+    for name, flakes in found.flakes.items():
+        rounds = f", {flakes.rounds} rounds of the loop" if flakes.rounds > 1 else ""
+        rows.append((name, "length", f"{flakes.seconds:.4g} s{rounds}", "", ""))
+        for figure in flakes.figures:
+            verdict = "" if figure.is_in_range else "out of range"
+            wanted = range_text(figure.low, figure.high)
+            rows.append((name, figure.name, value_text(figure), wanted, verdict))
+    remarks = list(found.sentences.flakes)
+    if remarks and not rows:
+        remarks.append(
+            "flakes: their tracks are not beside the atlas; tracks: [json] has them measured here"
         )
-    return table
+    return Detail(("flakes of", "", "", "should be", ""), tuple(rows), tuple(remarks))
+
+
+DETAILS: Mapping[str, Callable[[Inspection], Detail]] = {
+    "pages": _pages,
+    "memory": _memory,
+    "frames": _frames,
+    "overdraw": _overdraw,
+    "loops": _loops,
+    "maps": _maps,
+    "flakes": _flakes,
+}
+"""The tables that ``inspect`` prints by their names."""

@@ -10,8 +10,11 @@ from pydantic import (
     ConfigDict,
     Discriminator,
     Field,
+    GetJsonSchemaHandler,
     Tag,
 )
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema
 
 # A plugin must not change what a recipe means, and to look for some in all installed packages takes
 # as long as to build the models.
@@ -56,12 +59,29 @@ DIFFERENT = AfterValidator(different)
 """Refuses a list in which a value is twice."""
 
 
+_OFF = ("off", "no", None)
+
+
 def none_of_off(value: Any) -> Any:
     """Accept ``off`` and ``no`` (which PyYAML reads as false) and ``~`` (null) as ``none``."""
-    return "none" if value is False or value is None else value
+    return "none" if value is False or value in _OFF else value
 
 
-OFF = BeforeValidator(none_of_off)
+ALSO_NONE = {"enum": [*_OFF, False]}
+"""Schema of what else means ``none``."""
+
+
+class _Off(BeforeValidator):
+    """Reads what else means ``none``, and says so in the schema: editors read YAML 1.2, in which
+    ``off`` and ``no`` are words."""
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        return {"anyOf": [handler(schema), ALSO_NONE]}
+
+
+OFF = _Off(none_of_off)
 """Annotation of every choice that includes the word ``none``."""
 
 LIST = Field(strict=False)

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from fire_atlas.core.errors import SourceError
+from fire_atlas.recipe.located import located
 from fire_atlas.recipe.tree import RecipeTree
 
 LEARNT = "learnt"
@@ -33,10 +34,10 @@ def existing_ramps(tree: RecipeTree) -> list[Path]:
     """
     found = ramp_files(tree)
     for name, path in found.items():
-        if not path.is_file():
-            where = tree.origin(_RAMP).locate(_RAMP)
-            raise SourceError(
-                f"{where}: {name} is neither a ready ramp ({', '.join(READY_RAMPS)}; "
-                f"{LEARNT}: the clip's own) nor an image: there is no {path}"
-            )
+        with located(tree, _RAMP):
+            if not path.is_file():
+                raise SourceError(
+                    f"{name} is neither a ready ramp ({', '.join(READY_RAMPS)}; "
+                    f"{LEARNT}: the clip's own) nor an image: there is no {path}"
+                )
     return list(dict.fromkeys(found.values()))

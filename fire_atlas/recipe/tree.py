@@ -214,9 +214,9 @@ def _template_at(tree: RecipeTree, key: KeyPath, name: str) -> Path:
     folder = real((origin.file or tree.path).parent)
     if not path.is_relative_to(folder) and path.suffix not in TEMPLATE_SUFFIXES:
         raise RecipeError(
-            f"{origin.locate(key)}: {path} lies outside the recipe's folder; templates from there "
-            f"must have a name that ends in {', '.join(TEMPLATE_SUFFIXES)}"
-        )
+            f"{path} lies outside the recipe's folder; templates from there must have a name that "
+            f"ends in {', '.join(TEMPLATE_SUFFIXES)}"
+        ).placed(origin.locate(key))
     return path
 
 

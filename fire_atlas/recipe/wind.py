@@ -5,6 +5,7 @@ from typing import Annotated, Any, Self
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
 from fire_atlas.recipe.base import LIST, Settings
+from fire_atlas.recipe.problem import did_you_mean
 
 MAX_LEVEL = 5.0
 """Strongest wind."""
@@ -16,9 +17,24 @@ MIN_LOOP_IN_WIND = 6
 """Minimum frames of the loops of ``Wind.levels``."""
 
 
+_WORDS = {"right": 0.0, "left": 180.0}
+
+
 def _degrees(value: Any) -> Any:
     """Read ``right`` and ``left`` as degrees."""
-    return {"right": 0.0, "left": 180.0}.get(value, value) if isinstance(value, str) else value
+    if not isinstance(value, str):
+        return value
+    if value in _WORDS:
+        return _WORDS[value]
+    if value in ("up", "down"):
+        raise ValueError(
+            f"wind blows level: to the right, to the left, or at degrees as seen from above; what "
+            f"makes fire rise is buoyancy.lift, or source.lift of silk; got {value}"
+        )
+    raise ValueError(
+        f"must be right, left or degrees as seen from above (90: away from the viewer); got "
+        f"{value}{did_you_mean(value, _WORDS)}"
+    )
 
 
 Heading = Annotated[

@@ -15,6 +15,11 @@ MAX_NODES = 20_000
 MAX_DEPTH = 64
 """Limit on the nesting of a document, aliases expanded."""
 
+BACKSLASHES = (
+    "in double quotes a backslash begins an escape: write paths with /, or in single quotes"
+)
+"""Advice on paths of Windows."""
+
 _Size = tuple[int, int]
 """Number of nodes, and of levels, of a node with all below it, aliases expanded."""
 
@@ -127,6 +132,10 @@ def _hint(error: yaml.MarkedYAMLError) -> str:
     problem, context = str(error.problem), str(error.context)
     if "tab" in problem or "cannot start any token" in problem:
         return "; indent with spaces, and quote text that begins with a special character"
-    if "flow sequence" in context:
+    if "flow sequence" in context or "flow node" in context:
         return "; close the list with ], and quote colours: an unquoted # begins a comment"
+    if "flow mapping" in context:
+        return "; close the block with }, and quote colours: an unquoted # begins a comment"
+    if "quoted scalar" in context and ("escape" in problem or "hexdecimal" in problem):
+        return f"; {BACKSLASHES}"
     return ""

@@ -129,7 +129,8 @@ def _named(path: Path, parts: Sequence[Part], pictures: Sequence[Layer], wanted:
         others = _channels_of(parts, wanted)
         what = f"has no colours, only {_some(others)}" if others else "is none of its layers"
         raise SourceError(
-            f"{path}: source.layer: '{wanted}' {what}; {listed}{did_you_mean(wanted, names)}"
+            f"'{wanted}' {what} in {path}; {listed}{did_you_mean(wanted, names)}",
+            key=("source", "layer"),
         )
     if parts[chosen.part].is_deep:
         raise SourceError(f"{path}: its layer {wanted} {_DEEP}")

@@ -1,11 +1,11 @@
 """Source ``frames``: open images, a sprite sheet, an animation or a video as a clip."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from fire_atlas.core.clip import Clip, ProxiedClip, Window, kept
-from fire_atlas.core.errors import SourceError
+from fire_atlas.core.errors import SourceError, about
 from fire_atlas.core.picture import Picture, to_light
 from fire_atlas.core.pixels import Pixels
 from fire_atlas.core.workers import Workers
@@ -28,7 +28,7 @@ from fire_atlas.sources.images import (
     shared_notes,
 )
 from fire_atlas.sources.json_atlas import is_atlas
-from fire_atlas.sources.listing import frame_range, locate, sample_numbers, with_samples
+from fire_atlas.sources.listing import Located, frame_range, locate, sample_numbers, with_samples
 from fire_atlas.sources.reader import FrameReader, OpeningContext, cached, check_frame_size
 from fire_atlas.sources.resize import nearest, reduce, resize, width_for
 from fire_atlas.vision.thumbnails import shrunk
@@ -49,6 +49,47 @@ def open_frames(settings: FramesSource, path: Path, context: OpeningContext) -> 
         SourceError: The input is missing, broken, too large, or does not fit the settings.
     """
     return _open(settings, path, context)[0]
+
+
+@dataclass(frozen=True, slots=True)
+class Footage:
+    """What the headers of a clip's files tell of it.
+
+    Attributes:
+        count: Number of frames that the recipe uses.
+        size: Their (width, height) on the pages, px; None if that depends on their pixels.
+        fps: Frames per second.
+        exact: Whether these hold: the decoder of a video may contradict its headers.
+        notes: What was decided about the frames, and why, for the user.
+    """
+
+    count: int
+    size: tuple[int, int] | None
+    fps: float
+    exact: bool
+    notes: tuple[str, ...]
+
+
+def examine_frames(settings: FramesSource, path: Path, context: OpeningContext) -> Footage:
+    """Return what is known of the frames at ``path`` before the first of them is decoded.
+
+    For the arguments see ``open_frames``.
+
+    Raises:
+        SourceError: All that ``open_frames`` refuses before it decodes a frame.
+    """
+    located, kind = _located(settings, path)
+    if kind == "video":
+        from fire_atlas.sources.video import examine_video
+
+        reader, chosen = examine_video(located.files[0], settings, context)
+    else:
+        reader, chosen = _open_images(settings, path, located, kind, context)
+        box = stated_box(settings, (reader.width, reader.height), path)
+        reader = replace(reader, width=box.right - box.left, height=box.bottom - box.top)
+    size = None if settings.crop == "auto" else _size(settings, reader, path, context)
+    fps = settings.fps or reader.fps or DEFAULT_FPS
+    return Footage(len(chosen), size, fps, kind != "video", reader.notes)
 
 
 def open_with_proxy(
@@ -82,9 +123,7 @@ def _open(
     reader, chosen = _open_reader(settings, path, context)
     samples = reader.samples or map(reader.read, sample_numbers(reader.count))
     choice = matte.choose(settings.matte, settings.black, samples, str(path))
-    height = reader.height if isinstance(settings.height, str) else settings.height
-    width = width_for(height, (reader.width, reader.height))
-    check_size(f"{path} at height {height}", width, height, context.max_pixels)
+    width, height = _size(settings, reader, path, context)
     keeps_pixels, space = settings.sampling == "nearest", context.blend_space
 
     def shown(i: int) -> Picture:
@@ -112,6 +151,17 @@ def _open(
     return clip, reader, chosen, choice
 
 
+def _size(
+    settings: FramesSource, reader: FrameReader, path: Path, context: OpeningContext
+) -> tuple[int, int]:
+    """Return the width and height, px, at which frames are used: as ``source.height`` says."""
+    height = reader.height if isinstance(settings.height, str) else settings.height
+    width = width_for(height, (reader.width, reader.height))
+    with about(("source", "height")):
+        check_size(f"{path} at height {height}", width, height, context.max_pixels)
+    return width, height
+
+
 def _note_on_enlarging(height: int, reader: FrameReader, settings: FramesSource) -> Iterator[str]:
     """Yield a note if frames get higher than they are; pixel art may, in whole steps."""
     if height <= reader.height or (settings.sampling == "nearest" and height % reader.height == 0):
@@ -136,41 +186,66 @@ def _open_reader(
     settings: FramesSource, path: Path, context: OpeningContext
 ) -> tuple[FrameReader, range]:
     """Return a reader of the cropped frames at ``path``, and the numbers of those to use."""
+    located, kind = _located(settings, path)
+    if kind == "video":
+        from fire_atlas.sources.video import open_video
+
+        reader = open_video(located.files[0], settings, context)
+        return reader, frame_range(settings, reader.count, path)
+    reader, chosen = _open_images(settings, path, located, kind, context)
+    return _cropped(reader, chosen, settings, path, context.workers), chosen
+
+
+def _located(settings: FramesSource, path: Path) -> tuple[Located, str]:
+    """Return the files at ``path``, and what they are: ``images``, or the format of the only one.
+
+    Raises:
+        SourceError: There are none, or settings are for files of another kind.
+    """
     located = locate(path)
     is_json = located.single and is_atlas(located.files[0])
     if settings.animation is not None and not is_json:
         raise SourceError(
-            f"{path}: source.animation picks one of those that the JSON of an atlas names, but "
-            f"this is no JSON; give that as path, or leave animation out"
+            f"picks one of those that the JSON of an atlas names, but {path} is no JSON; give that "
+            f"as path, or leave animation out",
+            key=("source", "animation"),
         )
     if located.single:
         file = located.files[0]
         kind = "json" if is_json else detect_format(file)
         check_layer(file, kind, settings.layer)
         if settings.grid is not None and kind in ("video", "gif", "json"):
-            raise SourceError(f"{file}: grid cuts one still image into cells; leave it out here")
-        if kind == "video":
-            from fire_atlas.sources.video import open_video
+            raise SourceError(
+                f"cuts one still image into cells, which {file} is not; leave it out",
+                key=("source", "grid"),
+            )
+        return located, kind
+    if settings.grid is not None:
+        raise SourceError(
+            f"cuts one image into cells, but {path} is {len(located.files)} images; leave grid "
+            f"out, or give one sheet as path",
+            key=("source", "grid"),
+        )
+    return located, "images"
 
-            reader = open_video(file, settings, context)
-            return reader, frame_range(settings, reader.count, path)
-        reader = _open_file(settings, file, kind, context.max_pixels)
+
+def _open_images(
+    settings: FramesSource, path: Path, located: Located, kind: str, context: OpeningContext
+) -> tuple[FrameReader, range]:
+    """Return a reader of the frames at ``path``, none of which is decoded yet, and the numbers of
+    those to use."""
+    if located.single:
+        reader = _open_file(settings, located.files[0], kind, context.max_pixels)
         chosen = frame_range(settings, reader.count, path)
     else:
-        if settings.grid is not None:
-            raise SourceError(
-                f"{path}: grid cuts one image into cells, but this is {len(located.files)} "
-                "images; leave grid out, or give one sheet as path"
-            )
         chosen = frame_range(settings, len(located.files), path)
-        reader = cached(_open_images(located.files, chosen, settings.layer, context.max_pixels))
+        reader = cached(_open_stills(located.files, chosen, settings.layer, context.max_pixels))
     # A file of many frames is decoded up to the last one that is used, or shows the matte.
     used = with_samples(chosen, reader.count)
     taken = used[-1] + 1 if located.single else len(used)
     size = reader.width, reader.height
-    check_workload(path, taken, size, context.max_pixels, "source.start and count")
-    reader = replace(reader, notes=(*located.notes(settings), *reader.notes))
-    return _cropped(reader, chosen, settings, path, context.workers), chosen
+    check_workload(taken, size, context.max_pixels, "source.start and count", path=path)
+    return replace(reader, notes=(*located.notes(settings), *reader.notes)), chosen
 
 
 def _open_file(settings: FramesSource, path: Path, kind: str, max_pixels: int) -> FrameReader:
@@ -186,7 +261,7 @@ def _open_file(settings: FramesSource, path: Path, kind: str, max_pixels: int) -
         from fire_atlas.sources.animated import open_animation
 
         return open_animation(path, kind, settings.fps, max_pixels)
-    return cached(_open_images((path,), range(1), settings.layer, max_pixels))
+    return cached(_open_stills((path,), range(1), settings.layer, max_pixels))
 
 
 def _cropped(
@@ -216,7 +291,7 @@ def _cropped(
     return replace(reader, width=width, height=height, read=part)
 
 
-def _open_images(
+def _open_stills(
     files: Sequence[Path], chosen: range, layer: str | None, max_pixels: int
 ) -> FrameReader:
     """Return a reader with one frame per file; the chosen ones must have the same size.

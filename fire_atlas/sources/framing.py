@@ -145,9 +145,10 @@ def stated_box(settings: FramesSource, size: tuple[int, int], path: Path) -> Win
     left, top, width, height = settings.crop
     if left + width > size[0] or top + height > size[1]:
         raise SourceError(
-            f"{path}: source.crop [{left}, {top}, {width}, {height}] reaches beyond the frames, "
-            f"which are {size[0]}x{size[1]}: x + width can be at most {size[0]} and y + height "
-            f"at most {size[1]}"
+            f"[{left}, {top}, {width}, {height}] reaches beyond the frames of {path}, which are "
+            f"{size[0]}x{size[1]}: x + width can be at most {size[0]} and y + height at most "
+            f"{size[1]}",
+            key=("source", "crop"),
         )
     return Window(left, top, left + width, top + height)
 

@@ -141,7 +141,8 @@ def check_layer(path: Path, kind: str, layer: str | None) -> None:
     if layer is not None and kind != "exr":
         what = "a video" if kind == "video" else kind.upper()
         raise SourceError(
-            f"{path}: source.layer names a layer of EXR files, but this is {what}; leave it out"
+            f"names a layer of EXR files, but {path} is {what}; leave it out",
+            key=("source", "layer"),
         )
 
 

@@ -176,16 +176,18 @@ def _choose(path: Path, names: Collection[str], wanted: str | None) -> str | Non
         listed += f" and {len(names) - _MAX_LISTED} more"
     if wanted is None:
         raise SourceError(
-            f"{path}: holds {len(names)} animations; name one as source.animation: {listed}"
+            f"is missing: {path} holds {len(names)} animations; name one of them: {listed}",
+            key=("source", "animation"),
         )
     if not names:
         raise SourceError(
-            f"{path}: names no animations; leave source.animation out to use all of its frames"
+            f"cannot be chosen: {path} names no animations; leave it out to use all of its frames",
+            key=("source", "animation"),
         )
     if wanted not in names:
         raise SourceError(
-            f"{path}: has no animation '{wanted}'{did_you_mean(wanted, names)} "
-            f"(source.animation can be {listed})"
+            f"{path} has no animation '{wanted}'{did_you_mean(wanted, names)} (it can be {listed})",
+            key=("source", "animation"),
         )
     return wanted
 

@@ -15,6 +15,7 @@ from typing import Protocol
 
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.workload import MAX_FRAMES
+from fire_atlas.recipe.yaml_graph import BACKSLASHES
 from fire_atlas.sources.sequence import (
     in_playing_order,
     is_pattern,
@@ -222,14 +223,16 @@ def frame_range(settings: FrameRange, available: int, path: Path) -> range:
     frames = "1 frame" if available == 1 else f"{available} frames"
     if settings.start >= available:
         raise SourceError(
-            f"{path}: start is {settings.start}, but there are only {frames}, "
-            f"counted from 0: the last possible start is {available - 1}"
+            f"is {settings.start}, but {path} has only {frames}, counted from 0: the last possible "
+            f"start is {available - 1}",
+            key=("source", "start"),
         )
     stop = available if settings.count is None else settings.start + settings.count
     if stop > available:
         raise SourceError(
-            f"{path}: start {settings.start} and count {settings.count} run past the end: there "
-            f"are only {frames}; count can be at most {available - settings.start}, or leave it out"
+            f"{settings.count} from start {settings.start} on run past the end: {path} has only "
+            f"{frames}; count can be at most {available - settings.start}, or leave it out",
+            key=("source", "count"),
         )
     return range(settings.start, stop)
 
@@ -426,6 +429,8 @@ def _missing(path: Path) -> str:
         if found := _matches_of_pattern(padded_otherwise):
             hint = f"did you mean '{padded_otherwise.name}', as of '{found[0].name}'?"
         return f"{path}: no file matches; {hint}"
+    if any(char < " " for char in str(path)):
+        hint = BACKSLASHES
     what = (
         f"{path}: does not exist" if name == path.name else f"{path}: there is no folder '{name}'"
     )

@@ -82,8 +82,9 @@ def choose(setting: str, black: str | float, frames: Iterable[Picture], name: st
     choice = _choose(setting, black, frames, name)
     if choice.matte != "luminance" and black not in ("auto", 0):
         raise SourceError(
-            f"{name}: source.black is the background of fire on black, but the matte is "
-            f"{choice.matte} ({choice.reason}); remove black, or set matte: luminance"
+            f"is the background of fire on black, but the matte of {name} is {choice.matte} "
+            f"({choice.reason}); remove black, or set matte: luminance",
+            key=("source", "black"),
         )
     return choice
 
@@ -102,8 +103,9 @@ def _choose(setting: str, black: str | float, frames: Iterable[Picture], name: s
         opaque.append(frame)
     if setting == "alpha":
         raise SourceError(
-            f"{name}: matte is alpha, but these frames have no transparent pixel; use "
-            "matte: luminance for fire on black, or matte: none for an opaque scene"
+            f"is alpha, but the frames of {name} have no transparent pixel; use matte: luminance "
+            f"for fire on black, or matte: none for an opaque scene",
+            key=("source", "matte"),
         )
     level = _black_of(black, opaque)
     choice = classify(measure_border(opaque, level))

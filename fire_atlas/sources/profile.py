@@ -15,11 +15,11 @@ from fire_atlas.generators.profile.fire import (
     learn_profile,
 )
 from fire_atlas.generators.profile.generate.generated_fire import ProfileFireSettings
-from fire_atlas.generators.profile.learn.fitness import PROXY_SIDE
+from fire_atlas.generators.profile.learn.fitness import PROXY_SIDE, refuse_length
 from fire_atlas.generators.profile.model import Profile
 from fire_atlas.generators.settings import GenerationSettings
 from fire_atlas.recipe.source import PROFILE_SUFFIX, ClipInput, FramesSource, ProfileSource
-from fire_atlas.sources.frames import open_with_proxy
+from fire_atlas.sources.frames import Footage, examine_frames, open_with_proxy
 from fire_atlas.sources.reader import OpeningContext
 
 
@@ -79,10 +79,37 @@ def learn_from_files(
     Raises:
         SourceError: As in ``open_profile``.
     """
-    frames = FramesSource(**{key: getattr(source, key) for key in ClipInput.model_fields})
+    frames = _frames_of(source)
     clips = {str(path): open_with_proxy(frames, path, context, PROXY_SIDE) for path in paths}
     profile = learn_profile(clips, context.workers, source.threshold, source.cells)
     return profile, tuple(proxied.clip for proxied in clips.values())
+
+
+def examine_profile(
+    source: ProfileSource,
+    paths: Sequence[Path],
+    generation: GenerationSettings,
+    context: OpeningContext,
+) -> Footage:
+    """Return what is known of new fire before a frame of what it is learnt from is decoded.
+
+    Raises:
+        SourceError: A profile is damaged; or a clip is missing, or has too few or too many frames.
+    """
+    if paths[0].suffix.lower() == PROFILE_SUFFIX:
+        _read(paths)
+        return Footage(generation.frames, None, generation.fps, True, ())
+    clips = {path: examine_frames(_frames_of(source), path, context) for path in paths}
+    for path, clip in clips.items():
+        if clip.exact:
+            refuse_length(str(path), clip.count)
+    notes = dict.fromkeys(note for clip in clips.values() for note in clip.notes)
+    return Footage(generation.frames, None, generation.fps, True, tuple(notes))
+
+
+def _frames_of(source: ProfileSource) -> FramesSource:
+    """Return how the clips to learn from are read."""
+    return FramesSource(**{key: getattr(source, key) for key in ClipInput.model_fields})
 
 
 def _read(paths: Sequence[Path]) -> Profile:
@@ -90,8 +117,9 @@ def _read(paths: Sequence[Path]) -> Profile:
     path = paths[0]
     if len(paths) > 1:
         raise SourceError(
-            f"{path}: a profile file includes its side view already; remove source.side_path, "
-            f"or give the clip as source.path"
+            f"is in {path} already, which is a profile file; remove it, or give the clip as "
+            f"source.path",
+            key=("source", "side_path"),
         )
     try:
         data = read_file(path, MAX_JSON_BYTES)

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from fire_atlas.core.workers import Workers
     from fire_atlas.recipe.load import LoadedRecipe
     from fire_atlas.recipe.models import Recipe
+    from fire_atlas.sources.frames import Footage
     from fire_atlas.sources.reader import OpeningContext
 
 
@@ -92,6 +93,36 @@ def open_source_in_wind(
     else:
         raise ValueError("a clip shows one wind")
     return replace(fire, loops=tuple(map(kept, fire.loops)))
+
+
+def examine_source(loaded: LoadedRecipe, workers: Workers, max_pixels: int = MAX_PIXELS) -> Footage:
+    """Return what is known of a recipe's source before its first frame is decoded or generated.
+
+    For arguments and errors see ``open_source``: all that it refuses before that is refused here.
+    """
+    recipe, files = loaded.recipe, loaded.source_files
+    source, context = _source(recipe), _context(recipe, workers, max_pixels)
+    match source:
+        case FramesSource():
+            from fire_atlas.sources.frames import examine_frames
+            from fire_atlas.sources.framing import PageLimit
+
+            path = files[("source", "path")]
+            page = PageLimit(recipe.atlas.max_size, recipe.timeline)
+            return examine_frames(source, path, replace(context, page=page))
+        case ProfileSource():
+            from fire_atlas.sources.profile import examine_profile
+
+            return examine_profile(
+                source, tuple(files.values()), GenerationSettings.of(recipe), context
+            )
+        case SilkSource():
+            from fire_atlas.sources.silk import examine_silk
+
+            texture = files.get(("source", "texture", "path"))
+            return examine_silk(source, texture, GenerationSettings.of(recipe), context)
+        case _:
+            assert_never(source)
 
 
 def _source(recipe: Recipe) -> FramesSource | ProfileSource | SilkSource:

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import partial
+from functools import cache
 from math import ceil, floor
 from pathlib import Path
 
@@ -65,15 +65,21 @@ def open_sheet(
             f"{path}: its grid has {columns.count} columns x {rows.count} rows, which are "
             f"{columns.count * rows.count} cells; at most {MAX_FRAMES} frames are allowed"
         )
-    sheet = decode(path, header)
-    sheet.flags.writeable = False
     whole = columns.length.is_integer() and rows.length.is_integer()
+    cell = _whole_cell if whole else _fractional_cell
+
+    @cache
+    def sheet() -> Picture:
+        picture = decode(path, header)
+        picture.flags.writeable = False
+        return picture
+
     return FrameReader(
         width=_nearest(columns.length),
         height=_nearest(rows.length),
         fps=None,
         count=columns.count * rows.count,
-        read=partial(_whole_cell if whole else _fractional_cell, sheet, columns, rows),
+        read=lambda i: cell(sheet(), columns, rows, i),
         inputs=(path,),
         notes=(*header.notes, *_notes(columns, rows)),
     )

@@ -17,12 +17,14 @@ from fire_atlas.generators.silk.renderer import (
     SilkView,
     changing_silk,
     generate_silk,
+    planned_scene,
     silk_camera,
 )
-from fire_atlas.recipe.silk import SilkSource
+from fire_atlas.generators.silk.sheet_textures import check_texture
+from fire_atlas.recipe.silk import SilkSource, Texture
 from fire_atlas.recipe.source import FramesSource
 from fire_atlas.sources import matte
-from fire_atlas.sources.frames import open_frames
+from fire_atlas.sources.frames import Footage, examine_frames, open_frames
 from fire_atlas.sources.reader import OpeningContext
 
 
@@ -44,7 +46,7 @@ def open_silk(
         SourceError: The clip is missing, broken, or shows no fire.
         RecipeError: As in ``generate_silk``.
     """
-    footage = _footage(texture, context)
+    footage = None if texture is None else open_frames(*_footage(texture, context))
     renderer = generate_silk(source, generation, footage)
     views = generation.views
     cameras = [
@@ -63,7 +65,7 @@ def open_silk_in_wind(
     context: OpeningContext,
 ) -> FireInWind:
     """Simulate the fire in each of the winds that it changes between; see ``open_silk``."""
-    footage = _footage(texture, context)
+    footage = None if texture is None else open_frames(*_footage(texture, context))
     inputs = footage.inputs if footage else ()
     camera = silk_camera(source, 0.0, generation.views.elevation, generation.views.distance)
     seen_as = _luminance_matte(context)
@@ -108,12 +110,35 @@ def _change(
     return WindChange(clip, shares, (start + 1 + count) % frames)
 
 
-def _footage(texture: Path | None, context: OpeningContext) -> Clip | None:
-    """Open the clip for the textures, if there is one."""
-    if texture is None:
-        return None
-    linear = replace(context, blend_space="linear")
-    return open_frames(FramesSource(path=str(texture)), texture, linear)
+def examine_silk(
+    source: SilkSource,
+    texture: Path | None,
+    generation: GenerationSettings,
+    context: OpeningContext,
+) -> Footage:
+    """Return what is known of the fire before it is simulated; see ``open_silk``.
+
+    Raises:
+        SourceError: The clip is missing, broken or too short.
+        RecipeError: As in ``generate_silk``.
+    """
+    footage = None if texture is None else examine_frames(*_footage(texture, context))
+    for settings in generation.in_each_wind():
+        planned_scene(source, settings)
+    if footage is not None and footage.exact and isinstance(source.texture, Texture):
+        check_texture(source.texture, footage.count)
+    return Footage(
+        generation.frames,
+        (source.width, source.height),
+        generation.fps,
+        True,
+        footage.notes if footage else (),
+    )
+
+
+def _footage(texture: Path, context: OpeningContext) -> tuple[FramesSource, Path, OpeningContext]:
+    """Return how the clip for the textures is opened."""
+    return FramesSource(path=str(texture)), texture, replace(context, blend_space="linear")
 
 
 def _luminance_matte(context: OpeningContext) -> Callable[[NDArray[np.float32]], Pixels]:

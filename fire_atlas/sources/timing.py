@@ -81,7 +81,8 @@ def time_drawings(
     if ticks > MAX_FRAMES:
         raise SourceError(
             f"{path}: {float(total):.0f} s at {float(rate):g} fps are {ticks} frames; "
-            f"at most {MAX_FRAMES} are allowed: give a lower fps"
+            f"at most {MAX_FRAMES} are allowed: give a lower fps",
+            key=("source", "fps"),
         )
     shown = list[int]()
     for drawing, end in enumerate(_first_ticks(times[1:], unit, rate)):

@@ -1,6 +1,6 @@
 """Read videos: which frames are kept, when they are shown, and at which size."""
 
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
@@ -72,11 +72,8 @@ def open_video(path: Path, settings: FramesSource, context: OpeningContext) -> F
             not suit it.
     """
     video = _Video(path, settings, context)
-    scan = scan_video(path, context.max_pixels)
-    size = scan.look.size
-    box, notes, samples = stated_box(settings, size, path), list[str](), tuple[Picture, ...]()
-    taken = scan.count if settings.crop == "auto" else 1 + max(_plan(video, scan, box).kept)
-    check_workload(path, taken, size, context.max_pixels, "source.start and count")
+    scan, box = _scan(video)
+    size, notes, samples = scan.look.size, list[str](), tuple[Picture, ...]()
     if settings.crop == "auto":
         scan, extent = _find_flame(video, scan)
         box, samples = extent.box(size), extent.samples()
@@ -87,24 +84,53 @@ def open_video(path: Path, settings: FramesSource, context: OpeningContext) -> F
         plan = correct
         frames, _ = _keep(video, decoded, plan)
         scan = decoded
-    framing, shown = plan.framing, plan.timing.shown
-    notes = [
-        *scan.look.notes_on(path),
-        *scan.notes,
-        *plan.timing.notes,
-        *notes,
-        *filter(None, [framing.reason]),
-    ]
+    reader = _reader(video, scan, plan, notes)
+    shown = plan.timing.shown
+    return replace(reader, read=lambda i: frames.read(shown[i]), samples=samples)
+
+
+def examine_video(
+    path: Path, settings: FramesSource, context: OpeningContext
+) -> tuple[FrameReader, range]:
+    """Return what the packets of a video tell of its frames, none of which can be read, and the
+    numbers of those to use; see ``open_video``."""
+    video = _Video(path, settings, context)
+    scan, box = _scan(video)
+    plan = _plan(video, scan, box)
+    return _reader(video, scan, plan, []), plan.chosen
+
+
+def _scan(video: _Video) -> tuple[VideoScan, Window]:
+    """Return what the packets of a video tell, and the part of its frames that is stated."""
+    settings, path, max_pixels = video.settings, video.path, video.context.max_pixels
+    scan = scan_video(path, max_pixels)
+    box = stated_box(settings, scan.look.size, path)
+    taken = scan.count if settings.crop == "auto" else 1 + max(_plan(video, scan, box).kept)
+    check_workload(taken, scan.look.size, max_pixels, "source.start and count", path=path)
+    return scan, box
+
+
+def _reader(video: _Video, scan: VideoScan, plan: _Plan, notes: Sequence[str]) -> FrameReader:
+    """Return a reader of the frames that ``plan`` keeps, which cannot be read yet."""
     return FrameReader(
-        width=framing.width,
-        height=framing.height,
+        width=plan.framing.width,
+        height=plan.framing.height,
         fps=plan.timing.rate,
-        count=len(shown),
-        read=lambda i: frames.read(shown[i]),
-        inputs=(path,),
-        notes=tuple(notes),
-        samples=samples,
+        count=len(plan.timing.shown),
+        read=_unread,
+        inputs=(video.path,),
+        notes=(
+            *scan.look.notes_on(video.path),
+            *scan.notes,
+            *plan.timing.notes,
+            *notes,
+            *filter(None, [plan.framing.reason]),
+        ),
     )
+
+
+def _unread(i: int) -> Picture:
+    raise ValueError(f"frame {i} is not decoded")
 
 
 def _plan(video: _Video, scan: VideoScan, box: Window) -> _Plan:

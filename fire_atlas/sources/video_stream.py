@@ -148,25 +148,6 @@ def scan_video(path: Path, max_pixels: int) -> VideoScan:
     )
 
 
-def describe_video(path: Path) -> list[str]:
-    """Return what the header and the first frame of a video tell that is unusual, and what a build
-    does about it.
-
-    Raises:
-        SourceError: A build would refuse it for what these tell.
-    """
-    check_whole(path, read_bytes(path, 16))
-    with _open_stream(path, MAX_SIDE**2) as (container, stream):
-        if stream.codec_context.width:
-            check_size(path, stream.codec_context.width, stream.codec_context.height, MAX_SIDE**2)
-        decoder = _decoder(stream, 1, MAX_SIDE**2)
-        for packet in container.demux(stream):
-            for frame in decoder.decode(packet if packet.size else None):
-                look = VideoLook.of(path, frame, stream.sample_aspect_ratio)
-                return [*look.notes_on(path), *_other_streams(path, container, stream)]
-    raise SourceError(f"{path}: no frame of this video can be decoded; export it again")
-
-
 def decode_video(
     path: Path, scan: VideoScan, threads: int, max_pixels: int
 ) -> Generator[DecodedFrame]:

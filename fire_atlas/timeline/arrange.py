@@ -37,15 +37,14 @@ def arrange(
     Raises:
         RecipeError: The timeline does not suit the clip.
     """
-    rate = timeline.fps or clip.fps
-    wanted = timeline.frames and max(1, round(timeline.frames * clip.fps / rate))
+    check_timeline(timeline, clip.count, clip.fps)
+    wanted = _wanted(timeline, clip.fps)
     keeps_rate = timeline.fps in (None, clip.fps)
     if only_packs and keeps_rate and timeline.model_copy(update={"fps": None}) == Timeline():
         from fire_atlas.timeline.looping import keep_frames
 
         return keep_frames(clip, workers, progress)
-    are_images = clip.count <= _FEW_IMAGES and timeline.loop in ("auto", "none")
-    if wanted and are_images and clip.count < wanted:
+    if wanted and _become_a_flame(timeline, clip.count, wanted):
         from fire_atlas.timeline.few_images import animate_images
 
         played = animate_images(clip, wanted, timeline.loop == "auto", seed, workers)
@@ -58,11 +57,54 @@ def arrange(
         return timed
     if timed.loop:
         raise RecipeError(
-            "timeline.tail lets flakes burn out after a clip that plays once, but this one loops; "
-            "leave tail out, or use timeline.loop: none"
+            "lets flakes burn out after a clip that plays once, but this one loops; leave it out, "
+            "or use timeline.loop: none",
+            key=("timeline", "tail"),
         )
     longest = longest_life + 1 / timed.fps
     return with_tail(timed, longest if timeline.tail is True else min(timeline.tail, longest))
+
+
+def check_timeline(timeline: Timeline, count: int, fps: float) -> None:
+    """Refuse a timeline that cannot be, as far as the number of frames of its clip tells.
+
+    Args:
+        timeline: The recipe's section.
+        count: Number of frames of the clip.
+        fps: Their rate.
+
+    Raises:
+        RecipeError: The clip has too few frames.
+    """
+    wanted = _wanted(timeline, fps)
+    if timeline.loop == "auto" or (timeline.loop == "none" and (wanted or 0) <= count):
+        return
+    from fire_atlas.timeline import looping
+
+    match timeline.loop:
+        case "none":
+            if wanted and not _become_a_flame(timeline, count, wanted):
+                looping.check_extension(count)
+        case "pingpong":
+            looping.check_pingpong(count, _even(wanted))
+        case "crossfade":
+            looping.check_crossfade(count, fps, timeline, wanted)
+
+
+def _wanted(timeline: Timeline, fps: float) -> int | None:
+    """Return how many frames of a clip the result lasts; None if the recipe does not state it."""
+    rate = timeline.fps or fps
+    return timeline.frames and max(1, round(timeline.frames * fps / rate))
+
+
+def _become_a_flame(timeline: Timeline, count: int, wanted: int) -> bool:
+    """Return whether so few images are wanted for longer that a flame is made of them."""
+    are_images = count <= _FEW_IMAGES and timeline.loop in ("auto", "none")
+    return are_images and count < wanted
+
+
+def _even(wanted: int | None) -> int | None:
+    return wanted + wanted % 2 if wanted else None
 
 
 def _played(
@@ -78,8 +120,8 @@ def _played(
         case "none":
             return looping.extended(clip, timeline, wanted or clip.count, workers, progress)
         case "pingpong":
-            even = wanted + wanted % 2 if wanted else None
-            return looping.pingpong(clip, even, "timeline.loop: pingpong", workers, progress)
+            why = "timeline.loop: pingpong"
+            return looping.pingpong(clip, _even(wanted), why, workers, progress)
         case "crossfade":
             return looping.crossfade(clip, timeline, wanted, workers, progress)
         case "auto":

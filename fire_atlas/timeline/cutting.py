@@ -138,7 +138,7 @@ def analyse_cuts(
     """
     used = min(clip.count, _MAX_FRAMES)
     thumbnails = Thumbnails.of(clip, range(used), workers)
-    overlap = overlap_of(clip, timeline, wanted)
+    overlap = overlap_of(clip.count, clip.fps, timeline, wanted)
     is_incoherent = thumbnails.median_distance <= _INCOHERENT * thumbnails.median_step
     if timeline.overlap == "auto" and (is_incoherent or is_flat_art(clip)):
         overlap = 0
@@ -149,19 +149,20 @@ def analyse_cuts(
     return CutAnalysis(thumbnails, overlap, is_closed, holds)
 
 
-def overlap_of(clip: Clip, timeline: Timeline, wanted: int | None) -> int:
-    """Return the number of frames of each transition.
+def overlap_of(count: int, fps: float, timeline: Timeline, wanted: int | None) -> int:
+    """Return the number of frames of each transition in a clip of ``count`` frames.
 
     Raises:
         RecipeError: The recipe states more than the clip allows.
     """
-    limit = max(1, min(clip.count, wanted or clip.count) // 2)
+    limit = max(1, min(count, wanted or count) // 2)
     if timeline.overlap == "auto":
-        return max(1, min(round(_OVERLAP * clip.fps), limit, clip.count // _MIN_CLIP_PER_OVERLAP))
+        return max(1, min(round(_OVERLAP * fps), limit, count // _MIN_CLIP_PER_OVERLAP))
     if timeline.overlap > limit:
         raise RecipeError(
-            f"timeline.overlap is {timeline.overlap} frames, but of "
-            f"{min(clip.count, wanted or clip.count)} frames at most {limit} can overlap"
+            f"is {timeline.overlap} frames, but of {min(count, wanted or count)} frames at most "
+            f"{limit} can overlap",
+            key=("timeline", "overlap"),
         )
     return timeline.overlap
 

@@ -96,8 +96,7 @@ def extended(
     Raises:
         RecipeError: The fire cannot be extended.
     """
-    if clip.count < _MIN_FRAMES:
-        return _played_as_it_is(clip, wanted, "it has too few frames to be extended")
+    check_extension(clip.count)
     if why := _why_one_shot(ClipSamples.of(clip, workers)):
         return _played_as_it_is(clip, wanted, why)
     analysis = analyse_cuts(clip, timeline, wanted, False, workers)
@@ -113,6 +112,16 @@ def extended(
     return apply_edit(clip, edit, analysis.thumbnails, workers)
 
 
+def check_extension(count: int) -> None:
+    """Refuse to play a clip of ``count`` frames once and on, to more frames than it has.
+
+    Raises:
+        RecipeError: It has too few.
+    """
+    if count < _MIN_FRAMES:
+        raise _too_long(count, "it has too few frames to be extended")
+
+
 def crossfade(
     clip: Clip, timeline: Timeline, wanted: int | None, workers: Workers, progress: Progress
 ) -> Clip:
@@ -121,21 +130,12 @@ def crossfade(
     Raises:
         RecipeError: The clip has too few frames for that.
     """
-    overlap, holds = overlap_of(clip, timeline, wanted), _open_holds(clip, workers)
+    overlap = check_crossfade(clip.count, clip.fps, timeline, wanted)
+    holds = _open_holds(clip, workers)
     if timeline.overlap == "auto":
         overlap = holds.start_before(overlap) or overlap
-    longest = clip.count - overlap
-    length = wanted or holds.start_before(longest)
-    if longest <= overlap:
-        raise RecipeError(
-            f"timeline.loop: crossfade needs more than the {clip.count} frames of this clip"
-        )
-    if not overlap < length <= longest:
-        raise RecipeError(
-            f"timeline.frames asks for {length} frames, but {clip.count} frames of which {overlap} "
-            f"fade into the first ones give {overlap + 1} to {longest}; "
-            "use loop: auto for a longer loop, or a smaller timeline.overlap"
-        )
+    length = wanted or holds.start_before(clip.count - overlap)
+    _check_crossfaded(length, clip.count, overlap)
     edit = loop_edit([Transition(length, 0)], overlap, holds)
     thumbnails = Thumbnails.of(clip, range(length + overlap), workers)
     seam = _step_clause(float(thumbnails.distances[length - 1, 0]), thumbnails.median_step)
@@ -144,6 +144,48 @@ def crossfade(
         f"(timeline.loop: crossfade); uncut, {seam}"
     )
     return apply_edit(clip, edit, thumbnails, workers)
+
+
+def check_crossfade(count: int, fps: float, timeline: Timeline, wanted: int | None) -> int:
+    """Return the number of frames by which a clip of ``count`` frames overlaps itself, at most.
+
+    Raises:
+        RecipeError: The clip has too few frames for that, or for a loop of ``wanted`` ones.
+    """
+    overlap = overlap_of(count, fps, timeline, wanted)
+    if count - overlap <= overlap:
+        raise RecipeError(
+            f"crossfade needs more than the {count} frames of this clip", key=("timeline", "loop")
+        )
+    if wanted and timeline.overlap != "auto":
+        _check_crossfaded(wanted, count, overlap)
+    return overlap
+
+
+def _check_crossfaded(length: int, count: int, overlap: int) -> None:
+    longest = count - overlap
+    if not overlap < length <= longest:
+        raise RecipeError(
+            f"asks for {length} frames, but {count} frames of which {overlap} fade into the first "
+            f"ones give {overlap + 1} to {longest}; use loop: auto for a longer loop, or a smaller "
+            f"timeline.overlap",
+            key=("timeline", "frames"),
+        )
+
+
+def check_pingpong(count: int, frames: int | None) -> None:
+    """Refuse to play a clip of ``count`` frames there and back for ``frames`` ones; None for all.
+
+    Raises:
+        RecipeError: The clip has too few frames.
+    """
+    longest = 2 * count - 2
+    if not 2 <= (frames or longest) <= longest:
+        raise RecipeError(
+            f"asks for {frames or 2} frames, but {count} frames played forwards and backwards give "
+            f"at most {longest}; leave timeline.frames out, or use loop: auto",
+            key=("timeline", "frames" if frames else "loop"),
+        )
 
 
 def pingpong(
@@ -161,17 +203,12 @@ def pingpong(
     Raises:
         RecipeError: The clip has too few frames.
     """
-    longest = 2 * clip.count - 2
+    check_pingpong(clip.count, frames)
     there = frames // 2 + 1 if frames else clip.count
     # The drawings at both ends are shown once, for as long as they are held.
     holds = Holds.none(clip.count) if frames else _open_holds(clip, workers)
     at_start, at_end = (int(holds.length[i]) for i in (0, -1))
     count = frames or max(2 * there - at_start - at_end, there)
-    if not 2 <= count <= longest:
-        raise RecipeError(
-            f"timeline.frames asks for {count} frames, but {clip.count} frames played forwards and "
-            f"backwards give at most {longest}; leave timeline.frames out, or use loop: auto"
-        )
     progress.note(f"a loop of {count} frames, forwards and backwards ({why})")
     flow = clip.flow
 
@@ -206,8 +243,9 @@ def _cut_to_loop(
     )
     if transitions is None:
         raise RecipeError(
-            f"timeline.frames: no loop of {wanted} frames can be made of {clip.count}; give "
-            "another number, or a smaller timeline.overlap"
+            f"no loop of {wanted} frames can be made of {clip.count}; give another number, or a "
+            f"smaller timeline.overlap",
+            key=("timeline", "frames"),
         )
     is_hard = analysis.overlap == 0
     if is_hard and not wanted and analysis.hard_step(transitions[0]) > _UNSEEN_SEAM:
@@ -275,11 +313,16 @@ def _played_as_it_is(clip: Clip, wanted: int | None, why: str) -> Clip:
         RecipeError: More frames are wanted than it has.
     """
     if wanted is not None and wanted > clip.count:
-        raise RecipeError(
-            f"timeline.frames asks for more than the {clip.count} frames of this clip, but {why}; "
-            "leave timeline.frames out, or let flakes burn out with timeline.tail: true"
-        )
+        raise _too_long(clip.count, why)
     return clip
+
+
+def _too_long(count: int, why: str) -> RecipeError:
+    return RecipeError(
+        f"asks for more than the {count} frames of this clip, but {why}; leave it out, or let "
+        f"flakes burn out with timeline.tail: true",
+        key=("timeline", "frames"),
+    )
 
 
 def _usual_step(clip: Clip, samples: ClipSamples, workers: Workers) -> float:

@@ -20,6 +20,7 @@ CAMPAIGNS = {
     "fuzz": "fuzz",
     "stale": "stale",
     "cache": "cache",
+    "agree": "agreement",
 }
 """The module of each campaign."""
 

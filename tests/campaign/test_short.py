@@ -29,6 +29,7 @@ pytestmark = [
         ("fuzz", 35),
         ("stale", 3),
         ("cache", 12),
+        ("agree", 100),
     ],
 )
 def test_a_short_campaign_finds_no_fault(campaign: str, count: int) -> None:

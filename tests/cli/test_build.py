@@ -68,7 +68,12 @@ def test_json_lines_tell_a_program_everything(run: Run, campfire: Path) -> None:
     assert str(Path("build") / "campfire.png") in stated[-1]["files"]  # type: ignore[operator]
     assert set(stated[-1]) == {"event", "recipe", "fresh", "files", "timings", "statistics"}
     assert result.stderr == ""
-    assert events(run("build", campfire.name, "--json"))[-1]["fresh"] is True
+    again = events(run("build", campfire.name, "--json"))[-1]
+    assert again["fresh"] is True and again["timings"] == {}
+    for key in ("files", "statistics"):
+        assert again[key] == stated[-1][key] and again[key]
+    frozen = events(run("build", campfire.name, "--json", "--frozen"))[-1]
+    assert frozen == again
 
 
 def test_json_lines_tell_of_errors_too(run: Run, campfire: Path) -> None:

@@ -35,8 +35,7 @@ def imported(arguments: list[str], cwd: Path, environment: dict[str, str]) -> se
     [
         (["--help"], (*HEAVY, "pydantic", "yaml", "shutil", "dataclasses")),
         (["build", "--help"], (*HEAVY, "pydantic", "yaml", "shutil", "dataclasses")),
-        (["check", "campfire.yaml"], HEAVY),
-        (["check", "campfire.yaml", "--resolved"], HEAVY),
+        (["check", "campfire.yaml"], ("rich", "scipy")),
         (["schema"], HEAVY),
         (["clean", "campfire.yaml"], (*HEAVY, "pydantic")),
         (["init"], (*HEAVY, "pydantic")),
@@ -49,6 +48,30 @@ def test_light_commands_import_nothing_heavy(
     modules = imported(arguments, campfire.parent, environment)
     assert "fire_atlas.cli" in modules
     assert modules.isdisjoint(unwanted)
+
+
+def test_a_recipe_that_is_invalid_is_refused_without_anything_heavy(
+    campfire: Path, environment: dict[str, str]
+) -> None:
+    campfire.write_text("source: {path: clip, fsp: 3}\n")
+    code = (
+        "import sys\nfrom fire_atlas.cli import main\n"
+        "print(main(['check', 'campfire.yaml']), *sys.modules)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=campfire.parent, env=environment, capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    exit_code, *modules = done.stdout.split()
+    assert exit_code == "2" and set(modules).isdisjoint(HEAVY)
+
+
+def test_the_package_itself_imports_nothing_heavy(environment: dict[str, str]) -> None:
+    code = "import sys, fire_atlas; print(*sys.modules)"
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True
+    )
+    assert set(done.stdout.split()).isdisjoint((*HEAVY, "pydantic", "yaml", "argparse"))
 
 
 def test_a_build_with_nothing_to_do_imports_nothing_heavy(

@@ -3,6 +3,7 @@
 import io
 import json
 import os
+import re
 from collections.abc import Callable
 from pathlib import Path
 from subprocess import CompletedProcess
@@ -21,7 +22,8 @@ from fire_atlas.formats.atlas.texture_packer import read_atlas
 from fire_atlas.formats.movies.movie import schedule
 from fire_atlas.preview.blend import blend
 from fire_atlas.preview.cut_frames import cut_frames
-from fire_atlas.preview.pictures import animated_image, contact_sheet
+from fire_atlas.preview.pictures import AnimationKind, animated_image, contact_sheet
+from fire_atlas.preview.write import PreviewKind, is_preview
 
 Run = Callable[..., CompletedProcess[str]]
 
@@ -282,9 +284,33 @@ def test_bad_previews_are_explained(
     assert "Traceback" not in result.stderr
 
 
+@pytest.mark.parametrize("kind", ["page", "gif", "webp", "apng", "sheet"])
+def test_an_earlier_preview_is_replaced_and_nothing_else(
+    run: Run, atlas: Path, kind: PreviewKind
+) -> None:
+    options = [] if kind == "page" else [f"--{kind}"]
+    assert run("preview", atlas.name, *options).returncode == 0
+    (target,) = atlas.parent.glob("fire.preview*")
+    first = target.read_bytes()
+    assert is_preview(target, kind)
+    assert run("preview", atlas.name, *options, "--background", "white").returncode == 0
+    assert target.read_bytes() != first
+    target.write_bytes(first.replace(b"fire-atlas", b"FIRE-ATLAS"))
+    refused = run("preview", atlas.name, *options)
+    assert refused.returncode == 1 and "--overwrite" in refused.stderr
+
+
+@pytest.mark.parametrize("kind", ["gif", "webp", "apng"])
+def test_a_signed_picture_plays_as_before(atlas: Path, kind: AnimationKind) -> None:
+    with Image.open(io.BytesIO(animated_image(read_atlas(atlas), kind, (0, 0, 0)))) as picture:
+        assert getattr(picture, "n_frames", 1) == 3
+        for frame in ImageSequence.Iterator(picture):
+            frame.load()
+
+
 def test_inspect_prints_pages_frames_and_flakes(run: Run, campfire: Path) -> None:
     run("build", campfire.name, "-q")
-    stated = run("inspect", "build/campfire.json").stdout
+    stated = run("inspect", "build/campfire.json", "--pages", "--frames", "--flakes").stdout
     for word in ("campfire.png", "occupancy", "24 x 32", "0.50 s", "12", "born", "heights/s"):
         assert word in stated
 
@@ -293,16 +319,17 @@ def test_inspect_tells_of_the_flakes_of_every_animation(run: Run, campfire: Path
     text = campfire.read_text().replace("rate: 200", "rate: 90")
     campfire.with_name("torch.yaml").write_text(f"{text}atlas: {{members: [campfire.yaml]}}\n")
     run("build", "torch.yaml", "-q")
-    stated = run("inspect", "build/torch.json").stdout
-    assert "flakes of torch" in stated and "flakes of campfire" in stated
+    stated = run("inspect", "build/torch.json", "--flakes").stdout
+    for name in ("torch", "campfire"):
+        assert re.search(f"^{name} +born ", stated, re.M)
 
 
 def test_inspect_counts_frames_page_by_page(run: Run, atlas: Path) -> None:
-    stated = run("inspect", atlas.name).stdout
+    stated = run("inspect", atlas.name, "--pages", "--frames").stdout
     assert "18.8 %" in stated
     assert "100.0 %" in stated
     assert "2, to 6..10 x 4..8" in stated
-    assert "flakes" not in stated
+    assert "flakes" not in run("inspect", atlas.name).stdout.replace("--flakes", "")
 
 
 def test_broken_tracks_are_refused(run: Run, atlas: Path) -> None:

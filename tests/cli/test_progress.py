@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from fire_atlas.cli.progress import BarView, BuildView, JsonView, LineView, Outcome, view_for
+from fire_atlas.cli.progress import BarView, BuildView, JsonView, LineView, view_for
+from fire_atlas.outputs.outcome import Outcome
 
 
 class FakeTerminal(io.StringIO):

@@ -204,6 +204,24 @@ def test_a_mistake_is_reported_and_waited_out(watch: Start, campfire: Path) -> N
     assert watched.ends(signal.SIGTERM) == 130
 
 
+def test_a_mistake_is_said_once_and_mending_it_too(watch: Start, campfire: Path) -> None:
+    good = campfire.read_text()
+    watched = watch(campfire.name)
+    watched.hears("campfire.yaml: 4 files in build")
+    watched.hears("watching")
+    campfire.write_text(good + "zzz: 1\n")
+    watched.hears("error: campfire.yaml:3: zzz: unknown key")
+    watched.settles()
+    campfire.write_text(good + "zzz: 1\n# again\n")
+    assert watched.is_silent(3), "the same mistake is not said again"
+    campfire.write_text(good + "yyy: 1\n")
+    watched.hears("error: campfire.yaml:3: yyy: unknown key")
+    campfire.write_text(good)
+    heard = watched.hears("campfire.yaml: the mistake is mended")
+    assert any("campfire.yaml: up to date" in line for line in heard)
+    assert watched.ends() == 0
+
+
 def test_a_recipe_new_in_a_watched_folder_is_built(watch: Start, campfire: Path) -> None:
     watched = watch(".", "-v")
     watched.hears("campfire.yaml: 4 files in build")

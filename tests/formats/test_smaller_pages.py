@@ -84,7 +84,7 @@ def test_manifest_and_inspect_state_the_error(
         assert (stated["rms"], stated["largest"]) == pytest.approx(recount, abs=0.06)
     exact = json.loads((built / "exact" / "fire.manifest.json").read_text())
     assert "colour_error" not in exact["statistics"]
-    assert main(["inspect", str(built / "lossy" / "fire.json")]) == 0
+    assert main(["inspect", str(built / "lossy" / "fire.json"), "--pages"]) == 0
     said = " ".join(capsys.readouterr().out.split())
     decibels = 20 * np.log10(255 / figures["fire.webp"]["rms"])
     assert f"fire.webp: premultiplied colours differ by {figures['fire.webp']['rms']:.2g}" in said

@@ -202,7 +202,7 @@ def test_inspect_says_what_the_build_found_out_about_vectors(
     manifest = out / "fire.manifest.json"
     document = json.loads(manifest.read_text(encoding="utf-8"))
     manifest.write_text(json.dumps({**document, "statistics": statistics}), encoding="utf-8")
-    assert main(["inspect", str(out / "fire.json")]) == 0
+    assert main(["inspect", str(out / "fire.json"), "--maps"]) == 0
     assert sentences in " ".join(capsys.readouterr().out.split())
     manifest.unlink()
     assert main(["inspect", str(out / "fire.json")]) == 0

@@ -107,14 +107,15 @@ def test_sparks_of_a_fire_that_burns_out_are_cold_by_then(repo: Repo) -> None:
 def test_inspect_says_how_well_a_loop_goes_round(repo: Repo) -> None:
     repo.clip(count=48)
     repo.built(repo.recipe(flakes="none", motion_blur="none"))
-    said = repo.run("inspect", repo.build / "fire.json").out
+    said = repo.run("inspect", repo.build / "fire.json", "--loops").out
     assert "seam step" in said and "percentile" in said
 
 
 def test_inspect_has_no_loop_figures_for_what_plays_once(repo: Repo) -> None:
     repo.clip(count=8)
     repo.built(repo.recipe(timeline={"loop": "none"}))
-    assert "seam step" not in repo.run("inspect", repo.build / "fire.json").out
+    for details in ([], ["--loops"]):
+        assert "seam step" not in repo.run("inspect", repo.build / "fire.json", *details).out
 
 
 def test_the_number_of_workers_changes_nothing_about_a_cut_and_retimed_loop(

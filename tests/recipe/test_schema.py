@@ -10,7 +10,9 @@ import yaml
 from jsonschema import Draft202012Validator
 
 from fire_atlas.core.shipped import shipped
+from fire_atlas.recipe.load import load_tree
 from fire_atlas.recipe.schema import recipe_schema
+from fire_atlas.recipe.tree import read_tree
 
 READY = sorted(shipped("recipes").glob("*.yaml"))
 
@@ -69,6 +71,31 @@ def test_every_ready_recipe_fits_the_schema(path: Path) -> None:
 )
 def test_what_the_tool_takes_fits_the_schema(recipe: dict[str, Any]) -> None:
     Draft202012Validator(recipe_schema()).validate(recipe)
+
+
+@pytest.mark.parametrize("word", ["none", "off", "no", "~", '"off"'])
+@pytest.mark.parametrize(
+    "block",
+    ["flakes", "motion_blur", "timeline.loop", "source.matte", "source.crop", "atlas.trim",
+     "atlas.mesh", "maps.motion", "maps.emission", "composite.palette"],
+)  # fmt: skip
+def test_what_means_none_to_the_tool_does_to_editors(tmp_path: Path, block: str, word: str) -> None:
+    path = tmp_path / "fire.yaml"
+    path.write_text("source: {path: clip}\n")
+    loaded = load_tree(read_tree(path, [f"{block}={word}"]))
+    value: Any = loaded.recipe
+    for name in block.split("."):
+        value = getattr(value, name)
+    assert value == "none"
+    *blocks, key = block.split(".")
+    # Editors read YAML 1.2, in which `off` and `no` are words; PyYAML reads 1.1.
+    for read in (word.strip('"') if word != "~" else None, yaml.safe_load(word)):
+        recipe: dict[str, Any] = {"source": {"path": "clip"}}
+        at = recipe
+        for name in blocks:
+            at = at.setdefault(name, {})
+        at[key] = read
+        Draft202012Validator(recipe_schema()).validate(recipe)
 
 
 @pytest.mark.parametrize(

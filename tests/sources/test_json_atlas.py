@@ -452,12 +452,12 @@ def test_one_of_several_animations_must_be_named(tmp_path: Path) -> None:
     path = simple(tmp_path / "a.json", animations=animations)
     assert shown(open_atlas(path, "die", None)) == [1, 2]
     with pytest.raises(
-        SourceError, match=r"holds 2 animations; name one as .*animation: burn, die"
+        SourceError, match=r"animation: .*holds 2 animations; name one of them: burn, die"
     ):
         open_atlas(path, None, None)
     with pytest.raises(SourceError, match=r"no animation 'burns'; did you mean burn\?.* burn, die"):
         open_atlas(path, "burns", None)
-    with pytest.raises(SourceError, match="names no animations; leave"):
+    with pytest.raises(SourceError, match="names no animations; leave it out"):
         open_atlas(simple(tmp_path / "b.json"), "burn", None)
 
 

@@ -164,7 +164,7 @@ def test_a_start_beyond_the_end_says_how_many_frames_there_are(kind: str, tmp_pa
         "gif": lambda: fire.write_animation(tmp_path / "a.gif", frames, duration=80, disposal=2),
         "sheet": lambda: fire.write_sheet(tmp_path / "s.png", frames, 3),
     }[kind]()
-    with pytest.raises(SourceError, match="start is 6, but there are only 6 frames"):
+    with pytest.raises(SourceError, match=r"is 6, but .* has only 6 frames"):
         fire.open_clip(path, start=6, grid=grid)
     with pytest.raises(SourceError, match="count can be at most 2"):
         fire.open_clip(path, start=4, count=3, grid=grid)

@@ -220,5 +220,5 @@ def test_a_grid_finer_than_the_pixels_is_refused(tmp_path: Path) -> None:
 
 def test_a_grid_on_a_folder_is_refused(tmp_path: Path) -> None:
     folder = fire.write_folder(tmp_path / "f", fire.fires())
-    with pytest.raises(SourceError, match="grid cuts one image into cells, but this is 6 images"):
+    with pytest.raises(SourceError, match=r"cuts one image into cells, but .* is 6 images"):
         fire.open_clip(folder, grid={"columns": 2, "rows": 2})

@@ -7,11 +7,11 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-from fire_atlas import __version__
 from fire_atlas.core.errors import OutputError
 from fire_atlas.core.files import MIB, absolute, read_file
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.core.shipped import shipped
+from fire_atlas.core.version import __version__
 from fire_atlas.formats.templates.jinja import rendered
 
 ADDON_NAME = "fire_atlas"

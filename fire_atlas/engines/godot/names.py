@@ -90,9 +90,10 @@ def titles(animations: Iterable[str]) -> dict[str, str]:
         if title in made.values():
             other = next(name for name in made if made[name] == title)
             raise OutputError(
-                f"exports: godot cannot tell the animations {other} and {animation} apart: its "
+                f"godot cannot tell the animations {other} and {animation} apart: its "
                 f"editor allows no `/` and `,`, so both would be called {title}; rename the files "
-                f"of one"
+                f"of one",
+                key=("exports",),
             )
         made[animation] = title
     return made

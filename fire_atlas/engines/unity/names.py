@@ -106,7 +106,8 @@ def _require_distinct(names: dict[str, str], what: str) -> dict[str, str]:
         other = taken.setdefault(as_file_name(made), name)
         if other != name:
             raise OutputError(
-                f"exports: unity cannot tell the {what} {other!r} and {name!r} apart: both would "
-                f"be called {made!r} there; rename the files of one of them"
+                f"unity cannot tell the {what} {other!r} and {name!r} apart: both would "
+                f"be called {made!r} there; rename the files of one of them",
+                key=("exports",),
             )
     return names

@@ -7,11 +7,11 @@ come from the templates of ``export``, so that each is written in one place.
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from fire_atlas import __version__
 from fire_atlas.core.errors import OutputError
 from fire_atlas.core.files import absolute
 from fire_atlas.core.output_file import OutputFile, Role
 from fire_atlas.core.shipped import shipped
+from fire_atlas.core.version import __version__
 from fire_atlas.engines.unity.assets import (
     ComponentNames,
     assembly_text,

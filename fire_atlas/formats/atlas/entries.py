@@ -8,7 +8,6 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from fire_atlas import __version__
 from fire_atlas.atlas.polygon import doubled_area
 from fire_atlas.atlas.sheet import (
     CHANNELS,
@@ -28,6 +27,7 @@ from fire_atlas.core.checks import MAX_MILLISECONDS, number, one_of, text, whole
 from fire_atlas.core.decimals import plain
 from fire_atlas.core.named_sprite import Border
 from fire_atlas.core.output_file import plain_name
+from fire_atlas.core.version import __version__
 from fire_atlas.maps.kinds import KIND
 from fire_atlas.maps.maker import maker_of, stated_map
 from fire_atlas.recipe.gpu import MAX_MIPS

@@ -3,10 +3,10 @@
 from collections.abc import Iterator
 from typing import Any
 
-from fire_atlas import __version__
 from fire_atlas.atlas.sheet import AtlasSheet, Region
 from fire_atlas.core.decimals import plain
 from fire_atlas.core.output_file import OutputFile
+from fire_atlas.core.version import __version__
 from fire_atlas.formats.atlas.entries import (
     about_entry,
     compact,

@@ -101,8 +101,9 @@ def export_aseprite(sheet: AtlasSheet) -> Iterator[OutputFile]:
     """
     if len(sheet.pages) > 1:
         raise OutputError(
-            f"exports: aseprite describes one page, but {sheet.name} needs {len(sheet.pages)}; "
-            f"raise atlas.max_size, or export phaser instead"
+            f"aseprite describes one page, but {sheet.name} needs {len(sheet.pages)}; "
+            f"raise atlas.max_size, or export phaser instead",
+            key=("exports",),
         )
     names = [str(i) for i in range(len(sheet.regions))] + [cell.name for cell in sheet.cells]
     text = _array_text(sheet, 0, sheet.placed, names)

@@ -116,8 +116,9 @@ def _encoded(movie: Movie, encoding: _Format) -> bytes:
     except (av.FFmpegError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise OutputError(
-            f"movies: {encoding.container}: FFmpeg cannot encode {movie.width}x{movie.height} px "
-            f"by {encoding.codec} ({reason}); use another format, or a smaller source.height"
+            f"{encoding.container}: FFmpeg cannot encode {movie.width}x{movie.height} px "
+            f"by {encoding.codec} ({reason}); use another format, or a smaller source.height",
+            key=("movies",),
         ) from error
     return file.getvalue()
 

@@ -16,8 +16,9 @@ def write_movie(name: MovieName, movie: Movie) -> bytes:
     most = format_.max_side
     if most is not None and max(movie.width, movie.height) > most:
         raise OutputError(
-            f"movies: {name}: frames have at most {most} px a side, but these are {movie.width}x"
-            f"{movie.height}; use another format, or a smaller source.height"
+            f"{name}: frames have at most {most} px a side, but these are {movie.width}x"
+            f"{movie.height}; use another format, or a smaller source.height",
+            key=("movies",),
         )
     data: bytes = format_.write(movie)
     return data

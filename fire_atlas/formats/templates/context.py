@@ -2,9 +2,9 @@
 
 from typing import Any
 
-from fire_atlas import __version__
 from fire_atlas.atlas.sheet import Animation, AtlasSheet, Region
 from fire_atlas.core.decimals import plain
+from fire_atlas.core.version import __version__
 from fire_atlas.formats.atlas.entries import states_entry
 from fire_atlas.maps.motion import strengths
 from fire_atlas.maps.vectors.encoding import motion_encoding

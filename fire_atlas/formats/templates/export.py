@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from fire_atlas.atlas.sheet import AtlasSheet
-from fire_atlas.core.errors import OutputError, RecipeError
+from fire_atlas.core.errors import OutputError, RecipeError, SourceError
 from fire_atlas.core.files import MIB, read_file
 from fire_atlas.core.output_file import OutputFile, is_portable, is_reserved
 from fire_atlas.core.process import run_module
@@ -62,12 +62,17 @@ def export_template(sheet: AtlasSheet, export: TemplateExport, path: Path) -> Ou
     Raises:
         FireAtlasError: The template cannot be read, is invalid or forbidden, or takes too long.
     """
-    request = {"template": _read(path), "to": export.to, "context": context_of(sheet)}
-    answer = _answer(json.dumps(request), path)
-    if "error" in answer:
-        where = f"{path}:{answer['line']}" if answer.get("line") else f"{path}"
-        raise OutputError(f"{where}: {answer['error']}")
+    answer = _answer(path, export, context_of(sheet))
     return OutputFile(_checked_name(answer["name"], path), "template", answer["text"].encode())
+
+
+def check_template(export: TemplateExport, path: Path) -> None:
+    """Refuse a template that cannot be rendered, whatever the sheet.
+
+    Raises:
+        FireAtlasError: It cannot be read, is invalid, or uses a name that no template has.
+    """
+    _answer(path, export, None)
 
 
 def _checked_name(name: str, path: Path) -> str:
@@ -86,14 +91,22 @@ def _checked_name(name: str, path: Path) -> str:
 def _read(path: Path) -> str:
     try:
         return read_file(path, MIB).decode("utf-8-sig")
+    except FileNotFoundError:
+        raise SourceError(f"there is no template {path}") from None
     except OSError as error:
         raise RecipeError(f"{path}: the template cannot be read ({error.strerror})") from None
     except UnicodeDecodeError:
         raise RecipeError(f"{path}: the template is not UTF-8; save it as UTF-8") from None
 
 
-def _answer(request: str, path: Path) -> dict[str, Any]:
-    """Render in another process; ``request`` is the JSON that ``render_process`` reads."""
+def _answer(path: Path, export: TemplateExport, context: dict[str, Any] | None) -> dict[str, Any]:
+    """Return what ``render_process`` answers about a template; without a context it only looks for
+    mistakes.
+
+    Raises:
+        FireAtlasError: It found one, or was stopped.
+    """
+    request = json.dumps({"template": _read(path), "to": export.to, "context": context})
     try:
         done = run_module(
             "fire_atlas.formats.templates.render_process", request.encode(), MAX_SECONDS
@@ -108,4 +121,7 @@ def _answer(request: str, path: Path) -> dict[str, Any]:
         raise OutputError(
             f"{path}: the template needed too much memory or time and was stopped"
         ) from None
+    if "error" in answer:
+        where = f"{path}:{answer['line']}" if answer.get("line") else f"{path}"
+        raise OutputError(f"{where}: {answer['error']}")
     return answer

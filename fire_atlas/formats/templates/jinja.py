@@ -14,10 +14,26 @@ Filter: TypeAlias = Callable[[Any], str]
 """A function that turns a value into text; templates call it by its own name."""
 
 
+NAMES = (
+    "name", "title", "scale", "fps", "alpha", "blend_space", "version",
+    "pages", "frames", "animations", "grid", "motion", "states",
+)  # fmt: skip
+"""The names that templates get: ``context.context_of`` says what they are."""
+
+
+class _NamedUndefined(StrictUndefined):
+    """A name that does not exist; the error says which ones there are beside it."""
+
+    @property
+    def _undefined_message(self) -> str:
+        message, beside = super()._undefined_message, self._undefined_obj
+        return f"{message}; it has {', '.join(beside)}" if isinstance(beside, dict) else message
+
+
 def environment() -> ImmutableSandboxedEnvironment:
     """Return a new environment that raises for names that are not in the context."""
     made = ImmutableSandboxedEnvironment(
-        undefined=StrictUndefined,
+        undefined=_NamedUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
         keep_trailing_newline=True,

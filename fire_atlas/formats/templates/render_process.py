@@ -9,19 +9,26 @@ import re
 import sys
 from typing import Any
 
+from jinja2 import nodes
 from jinja2.exceptions import (
     SecurityError,
+    TemplateAssertionError,
     TemplateError,
     TemplateNotFound,
     TemplateSyntaxError,
 )
+from jinja2.meta import find_undeclared_variables
 
-from fire_atlas.formats.templates.jinja import environment
+from fire_atlas.formats.templates.jinja import NAMES, environment
+from fire_atlas.recipe.problem import did_you_mean
 
 _MAX_MEMORY_BYTES = 1 << 30
 _MAX_CPU_SECONDS = 15
 _MAX_TEXT_LENGTH = 1 << 26
 _MAX_NAME_LENGTH = 200
+
+_ASKING = {"defined", "undefined", "default", "d"}
+"""Tests and filters of names that need not exist."""
 
 _ADDRESS = re.compile(r"<[^<>\n]{1,200} at 0x[0-9A-Fa-f]+>")
 """Python's default text of an object, which contains its address in memory."""
@@ -46,6 +53,10 @@ def _limit() -> None:
 
 def _answer(request: dict[str, Any]) -> dict[str, Any]:
     try:
+        for text in (request["to"], request["template"]):
+            _refuse_unknown_names(text)
+        if request["context"] is None:
+            return {}
         name = environment().from_string(request["to"]).render(request["context"])
         parts, length = [], 0
         for part in environment().from_string(request["template"]).generate(request["context"]):
@@ -56,6 +67,29 @@ def _answer(request: dict[str, Any]) -> dict[str, Any]:
         return _checked(name, "".join(parts))
     except Exception as error:
         return {"error": _explained(error), "line": _line(error)}
+
+
+def _refuse_unknown_names(text: str) -> None:
+    """Refuse a template that uses names which no template has, unless it asks whether they exist.
+
+    Raises:
+        TemplateError: It does, or cannot be parsed.
+    """
+    made = environment()
+    parsed = made.parse(text)
+    asked = {
+        name.name
+        for node in parsed.find_all((nodes.Test, nodes.Filter))
+        if node.name in _ASKING
+        for name in node.find_all(nodes.Name)
+    }
+    unknown = find_undeclared_variables(parsed) - {*NAMES, *made.globals} - asked
+    for name in parsed.find_all(nodes.Name):
+        if name.name in unknown:
+            near = did_you_mean(name.name, NAMES)
+            raise TemplateAssertionError(
+                f"'{name.name}' is undefined{near}; a template has {', '.join(NAMES)}", name.lineno
+            )
 
 
 def _checked(name: str, text: str) -> dict[str, Any]:
@@ -76,6 +110,8 @@ def _explained(error: Exception) -> str:
             return f"a template must not do that: {error}"
         case TemplateNotFound():
             return "a template cannot include, import or extend other files"
+        case TemplateSyntaxError():
+            return str(error.message)
         case MemoryError():
             return "the template needs too much memory"
         case OverflowError():

@@ -8,7 +8,7 @@ import struct
 from collections.abc import Sequence
 from typing import BinaryIO
 
-from fire_atlas import __version__
+from fire_atlas.core.version import __version__
 from fire_atlas.formats.textures.blocks import FORMATS, BlockFormat
 from fire_atlas.formats.textures.gpu_texture import AlphaMode, TextureHeader, level_sizes
 

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from PIL import Image, UnidentifiedImageError
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from fire_atlas import __version__
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.pixels import Bytes, hex_to_srgb, srgb_to_hex
+from fire_atlas.core.version import __version__
 from fire_atlas.generators.profile.model import (
     FLOW_CELL,
     FLOW_UNIT,

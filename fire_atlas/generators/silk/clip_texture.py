@@ -56,13 +56,8 @@ def cut_texture(clip: Clip, count: int, shape: tuple[int, int], name: str) -> Te
     Raises:
         SourceError: The clip holds no fire, or too few frames.
     """
-    extra = min(_OVERLAP, count // 3)
-    if clip.count < count + extra:
-        raise SourceError(
-            f"{name}: has {clip.count} frames, but source.texture.images: {count} needs "
-            f"{count + extra}; set images to at most {max(clip.count - _OVERLAP, 4)}, or use "
-            f"synthesis: motion"
-        )
+    check_images(count, clip.count, name)
+    extra = _extra(count)
     key = _FireKey(clip, name)
     start = _best_start(clip, count)
     images = [key.upright_image(i, shape) for i in range(start, start + count + extra)]
@@ -84,16 +79,47 @@ def synthesise_from_clip(
     Raises:
         SourceError: The clip holds no fire, or does not have these frames.
     """
-    if max(seeds) >= clip.count or seeds[0] == seeds[1]:
-        raise SourceError(
-            f"{name}: seeds {list(seeds)} must be two different frames of 0 to {clip.count - 1}"
-        )
+    check_seeds(seeds, clip.count, name)
     key = _FireKey(clip, name)
     one, other = (key.upright_image(i, shape) for i in seeds)
     images = synthesise_images(SeedImages(one, other, _search_radius(shape)), seed, count)
     # They repeat once they no longer show the first seeds.
     settled = count * -(-_SETTLING // count)
     return _loop_of(list(islice(images, settled, settled + count)))
+
+
+def check_images(count: int, available: int, name: str) -> None:
+    """Refuse to cut a loop of ``count`` images from a clip of ``available`` frames.
+
+    Raises:
+        SourceError: The clip, called ``name``, has too few.
+    """
+    needed = count + _extra(count)
+    if available < needed:
+        raise SourceError(
+            f"{name}: has {available} frames, but {count} images need {needed}; set "
+            f"source.texture.images to at most {max(available - _OVERLAP, 4)}, or use synthesis: "
+            f"motion",
+            key=("source", "texture", "images"),
+        )
+
+
+def _extra(count: int) -> int:
+    """Return how many images more than ``count`` a loop is closed with."""
+    return min(_OVERLAP, count // 3)
+
+
+def check_seeds(seeds: tuple[int, int], available: int, name: str) -> None:
+    """Refuse to synthesise from ``seeds`` of a clip of ``available`` frames.
+
+    Raises:
+        SourceError: They are not two frames of the clip, which is called ``name``.
+    """
+    if max(seeds) >= available or seeds[0] == seeds[1]:
+        raise SourceError(
+            f"{list(seeds)} must be two different frames of {name}: 0 to {available - 1}",
+            key=("source", "texture", "seeds"),
+        )
 
 
 class _FireKey:
@@ -113,7 +139,8 @@ class _FireKey:
         if self._threshold < 2e-3 or flickers.mean() < _MIN_AREA or warm < 0.3:
             raise SourceError(
                 f"{name}: shows no fire: nothing in it is bright, warm-coloured and moving; "
-                f"source.texture.path needs a clip of fire"
+                f"source.texture.path needs a clip of fire",
+                key=("source", "texture", "path"),
             )
         excess = [np.maximum(light - self._threshold, 0) for light in lights]
         self._box = _bounding_box(np.add.reduce(excess))

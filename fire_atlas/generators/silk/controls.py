@@ -119,7 +119,8 @@ class Controls:
             first, last = curve.at(0.0), curve.at(duration)
             if not np.isclose(first, last, rtol=1e-6, atol=1e-9):
                 raise RecipeError(
-                    f"source.{key}: begins at {first:g} but is {last:g} after {duration:g} s, when "
-                    f"the loop starts again, so the fire would jump; add a keyframe that brings it "
-                    f"back to {first:g} by then, or play once with timeline.loop: none"
+                    f"begins at {first:g} but is {last:g} after {duration:g} s, when the loop "
+                    f"starts again, so the fire would jump; add a keyframe that brings it back to "
+                    f"{first:g} by then, or play once with timeline.loop: none",
+                    key=("source", key),
                 )

@@ -451,15 +451,25 @@ def generate_silk(
         RecipeError: It takes too many nodes, time steps or frames, or an intruder would jump.
         SourceError: The clip holds no fire, or too few frames.
     """
-    scene = build_scene(source, settings.wind, settings.seed, settings.fps)
-    check_length(scene, settings.frames)
-    if settings.loop:
-        check_loop(scene, settings.frames / settings.fps)
+    scene = planned_scene(source, settings)
     recording = simulate(scene, settings.frames, settings.loop)
     textures = make_textures(source, settings, footage, scene, recording)
     ignition = Ignition.of(scene, recording, textures)
     textures = replace(textures, burning=ignition.burning)
     return SilkRenderer(scene, recording, textures, ignition, settings.frames, source.glow)
+
+
+def planned_scene(source: SilkSource, settings: GenerationSettings) -> SilkScene:
+    """Return the scene that is simulated for a recipe.
+
+    Raises:
+        RecipeError: It takes too many nodes, time steps or frames, or an intruder would jump.
+    """
+    scene = build_scene(source, settings.wind, settings.seed, settings.fps)
+    check_length(scene, settings.frames)
+    if settings.loop:
+        check_loop(scene, settings.frames / settings.fps)
+    return scene
 
 
 def changing_silk(

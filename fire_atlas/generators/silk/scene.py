@@ -112,9 +112,10 @@ def build_scene(source: SilkSource, wind: Wind, seed: int, fps: float) -> SilkSc
     nodes = len(sheets) * source.rows * source.columns
     if nodes > _MAX_NODES:
         raise RecipeError(
-            f"source.sheets: {len(sheets)} sheets of {source.rows} x {source.columns} have "
+            f"{len(sheets)} sheets of {source.rows} x {source.columns} have "
             f"{nodes} nodes; at most {_MAX_NODES} can be simulated, which is "
-            f"{_MAX_NODES // (source.rows * source.columns)} sheets of this mesh"
+            f"{_MAX_NODES // (source.rows * source.columns)} sheets of this mesh",
+            key=("source", "sheets"),
         )
     fuels = tuple(FUELS[sheet.fuel] for sheet in sheets)
     placements = [sheet.placement for sheet in sheets]
@@ -147,8 +148,9 @@ def check_length(scene: SilkScene, frames: int) -> None:
     nodes = scene.model.rest[..., 0].size
     if nodes * frames > _MAX_POSITIONS:
         raise RecipeError(
-            f"timeline.frames: {frames} frames of {nodes} nodes do not fit in memory; use at "
-            f"most {_MAX_POSITIONS // nodes} frames, or fewer or coarser sheets"
+            f"{frames} frames of {nodes} nodes do not fit in memory; use at most "
+            f"{_MAX_POSITIONS // nodes} frames, or fewer or coarser sheets",
+            key=("timeline", "frames"),
         )
 
 
@@ -162,9 +164,10 @@ def check_loop(scene: SilkScene, duration: float) -> None:
     for i, body in enumerate(scene.intruders):
         if not np.allclose(body.position(0.0), body.position(duration), rtol=0, atol=1e-6):
             raise RecipeError(
-                f"source.intruders.{i}: is elsewhere after {duration:g} s, when the loop starts "
-                f"again, so it would jump; add a keyframe that brings it back to its start by "
-                f"then, or play once with timeline.loop: none"
+                f"is elsewhere after {duration:g} s, when the loop starts again, so it would jump; "
+                f"add a keyframe that brings it back to its start by then, or play once with "
+                f"timeline.loop: none",
+                key=("source", "intruders", i),
             )
 
 
@@ -208,10 +211,11 @@ def _time_step(source: SilkSource, limit: StepLimit, fps: float) -> tuple[float,
     else:
         blamed, advice = "mass", "much more mass"
     raise RecipeError(
-        f"source.{blamed}: {getattr(source, blamed):g} with stiffness {source.stiffness:g}, "
+        f"{getattr(source, blamed):g} with stiffness {source.stiffness:g}, "
         f"damping {source.damping:g}, mass {source.mass:g} and a mesh of {source.rows} x "
         f"{source.columns} needs {1 / limit.longest_step:.0f} time steps per second, but at most "
-        f"{_MAX_STEP_RATE} are done; use {advice} here, or more mass or a coarser mesh"
+        f"{_MAX_STEP_RATE} are done; use {advice} here, or more mass or a coarser mesh",
+        key=("source", blamed),
     )
 
 

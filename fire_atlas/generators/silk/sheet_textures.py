@@ -13,7 +13,12 @@ from fire_atlas.core.chance import RandomStream, generator
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import REC709, as_plane
 from fire_atlas.generators.settings import GenerationSettings
-from fire_atlas.generators.silk.clip_texture import cut_texture, synthesise_from_clip
+from fire_atlas.generators.silk.clip_texture import (
+    check_images,
+    check_seeds,
+    cut_texture,
+    synthesise_from_clip,
+)
 from fire_atlas.generators.silk.colour import ColourMap
 from fire_atlas.generators.silk.procedural_texture import INLET_HEIGHT, synthesise_texture
 from fire_atlas.generators.silk.raster import Triangles
@@ -219,6 +224,18 @@ def make_textures(
     played = _played(scene, recording)
     colours = _colours(source, scene, len(recording.x))
     return _play(loops, texture_index, played, recording, scene, colours, settings)
+
+
+def check_texture(texture: Texture, available: int) -> None:
+    """Refuse what cannot be made of a clip of ``available`` frames, as far as their number tells.
+
+    Raises:
+        SourceError: There are too few.
+    """
+    if texture.synthesis == "none":
+        check_images(texture.images or _PAPER_IMAGES, available, texture.path)
+    elif texture.seeds is not None:
+        check_seeds(texture.seeds, available, texture.path)
 
 
 def _colours(

@@ -19,11 +19,11 @@ def prepare(
 
     ``is_first``: whether it is the first view, by which the fire is classified.
     """
-    size, fewer = (clip.width, clip.height), "timeline.frames, or a smaller source.height"
-    asked = recipe.timeline.frames or 0  # known before any frame is made
-    check_workload("timeline.frames", asked, size, context.max_pixels, fewer)
+    size = clip.width, clip.height
+    # What is asked for is known before any frame is made.
+    check_length(recipe.timeline.frames or 0, size, context.max_pixels)
     clip = _arranged(clip, recipe, context)
-    check_workload("timeline.frames", clip.count, size, context.max_pixels, fewer)
+    check_length(clip.count, size, context.max_pixels)
     direction = lift_direction(recipe.buoyancy)
     if direction is None and not isinstance(recipe.source, FramesSource):
         direction = UP  # generated fire rises, and its recipe states the wind that bends it
@@ -32,6 +32,16 @@ def prepare(
     is_sampled = (recipe.has_effect or recipe.needs_field) and (direction is None or is_open)
     study = study_flame(clip, recipe.features, direction, context.workers, is_sampled=is_sampled)
     return clip, study
+
+
+def check_length(frames: int, size: tuple[int, int], max_pixels: int) -> None:
+    """Refuse more frames of a ``size`` (width, height), px, than a build takes on.
+
+    Raises:
+        SourceError: As ``check_workload``.
+    """
+    fewer = "timeline.frames, or a smaller source.height"
+    check_workload(frames, size, max_pixels, fewer, key=("timeline", "frames"))
 
 
 def _arranged(clip: Clip, recipe: Recipe, context: BuildContext) -> Clip:

@@ -86,8 +86,9 @@ def refuse_without_alpha(matte: str) -> None:
     if matte != "alpha":
         made = "is their brightness" if matte == "luminance" else "hides what is behind them"
         raise SourceError(
-            f"maps.smoke: these frames have no alpha of their own (matte: {matte}), and what "
-            f"{made} says nothing of smoke; use a clip with alpha, or leave maps.smoke out"
+            f"these frames have no alpha of their own (matte: {matte}), and what {made} says "
+            f"nothing of smoke; use a clip with alpha, or leave it out",
+            key=("maps", "smoke"),
         )
 
 

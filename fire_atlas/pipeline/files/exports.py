@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from fire_atlas.atlas.sheet import AtlasSheet
-from fire_atlas.core.errors import OutputError
+from fire_atlas.core.errors import OutputError, about
 from fire_atlas.core.output_file import OutputFile, as_file_name
 from fire_atlas.core.progress import Progress
 from fire_atlas.engines.engine import ENGINES, engine
@@ -38,16 +38,18 @@ def exported_files(
         templates: Paths of the user's templates, by their names in the recipe.
 
     Raises:
-        OutputError: Two files would be one on Windows or macOS.
+        FireAtlasError: Two files would be one on Windows or macOS, or an export cannot be written;
+            about the key of the export.
     """
     taken = {as_file_name(file) for sheet in product.sheets for file in sheet.files}
     taken |= {as_file_name(sheet.heat.ramp) for sheet in product.sheets if sheet.heat}
-    for export in exports:
-        for file in _files_of(export, product, templates):
-            if (key := as_file_name(file.name)) in taken:
-                raise OutputError(_repeated(file.name, export))
-            taken.add(key)
-            yield file
+    for i, export in enumerate(exports):
+        with about(("exports", i)):
+            for file in _files_of(export, product, templates):
+                if (key := as_file_name(file.name)) in taken:
+                    raise OutputError(_repeated(file.name, export))
+                taken.add(key)
+                yield file
 
 
 def note_what_engines_need(exports: Sequence[Export], product: Product, progress: Progress) -> None:
@@ -85,10 +87,10 @@ def _files_of(
 def _repeated(name: str, export: Export) -> str:
     if isinstance(export, TemplateExport):
         return (
-            f"exports: {export.template} would write {name}, which is another output already; "
+            f"{export.template} would write {name}, which is another output already; "
             f"choose another `to`, with {{{{ name }}}} in it"
         )
-    return f"exports: {export_name(export)} would write {name} a second time; list it once"
+    return f"{export_name(export)} would write {name} a second time; list it once"
 
 
 def exporter(export: Export) -> Exporter:

@@ -1,7 +1,6 @@
 """Hash and open the inputs of a recipe: footage, sprites, or generated fire."""
 
-from collections.abc import Generator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -15,6 +14,8 @@ from fire_atlas.outputs.dependencies import inputs_of, recipe_files
 from fire_atlas.outputs.digest import HashedFile
 from fire_atlas.outputs.staging import Staging
 from fire_atlas.recipe.load import LoadedRecipe
+from fire_atlas.recipe.located import located
+from fire_atlas.recipe.problem import KeyPath
 from fire_atlas.recipe.source import FramesSource, SpritesSource
 from fire_atlas.sources.registry import open_source, open_source_in_wind
 
@@ -26,15 +27,9 @@ Opened: TypeAlias = "Mapping[str, Clip] | FireInWind | Sprites"
 winds; or sprites, which are only packed."""
 
 
-@contextmanager
-def located_source(loaded: LoadedRecipe) -> Generator[None]:
-    """Name the recipe, line and key of the source in errors about its files, whose frames are
-    mostly decoded long after they were opened."""
-    try:
-        yield
-    except SourceError as error:
-        key = next(iter(loaded.source_files), ("source",))
-        raise SourceError(f"{loaded.tree.origin(key).locate(key)}: {error}") from error
+def source_key(loaded: LoadedRecipe) -> KeyPath:
+    """Return the key that errors about a recipe's source are about if they name none."""
+    return next(iter(loaded.source_files), ("source",))
 
 
 def open_input(loaded: LoadedRecipe, context: BuildContext) -> Opened:
@@ -73,12 +68,9 @@ def open_texture(loaded: LoadedRecipe, context: BuildContext) -> list[Pixels]:
     from fire_atlas.sources.flake_texture import read_cells
 
     ((key, path),) = loaded.texture_files.items()
-    try:
+    with located(loaded.tree, key):
         space = loaded.recipe.atlas.blend_space
         return read_cells(flakes.own_texture, path, space, context.max_pixels)
-    except SourceError as error:
-        where = loaded.tree.origin(key).locate(key)
-        raise SourceError(f"{where}: {error}") from None
 
 
 def _is_one_picture(loaded: LoadedRecipe, clip: Clip) -> bool:

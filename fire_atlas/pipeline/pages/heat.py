@@ -8,7 +8,7 @@ import numpy as np
 from fire_atlas.atlas.sheet import CHANNELS, RAMP_WIDTH, AtlasSheet, Heat, Rect, Sprite
 from fire_atlas.atlas.trim import bounding_rect
 from fire_atlas.core.context import BuildContext
-from fire_atlas.core.errors import OutputError
+from fire_atlas.core.errors import OutputError, about
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.heat.encode import SEEN_BELOW, ErrorSums, HeatError, error_sums, heat_of
 from fire_atlas.heat.learn import Bins, bins_of, learn_ramp, merged
@@ -121,7 +121,8 @@ def _ramp(name: str, learnt: Bytes, loaded: LoadedRecipe, context: BuildContext)
         return learnt
     if name not in loaded.ramps:
         return ready_ramp(name, atlas.alpha, atlas.blend_space)
-    light = read_ramp(loaded.ramps[name], RAMP_WIDTH, atlas.blend_space, context.max_pixels)
+    with about(("atlas", "ramp")):
+        light = read_ramp(loaded.ramps[name], RAMP_WIDTH, atlas.blend_space, context.max_pixels)
     return ramp_of_light(light, atlas.alpha, atlas.blend_space)
 
 
@@ -160,8 +161,9 @@ def _with_shared_sprites(name: str, animation: FinishedAnimation) -> FinishedAni
     each in a channel of its own."""
     if len({(frame.width, frame.height) for frame in animation.frames}) > 1:
         raise OutputError(
-            f"atlas.pixels heat4: the frames of {name} differ in size, but four lie in one cell; "
-            f"make them one size, or use heat"
+            f"heat4 lays four frames in one cell, but those of {name} differ in size; make them "
+            f"one size, or use heat",
+            key=("atlas", "pixels"),
         )
     frames = list[RenderedFrame]()
     for first in range(0, len(animation.frames), len(CHANNELS)):
@@ -189,11 +191,12 @@ def _refuse_lost_embers(name: str, animation: FinishedAnimation, error: HeatErro
     """Refuse baked embers of other colours than the ramp has for their brightness."""
     if animation.bakes_flakes and error.off_ramp > _MOST_OFF_RAMP:
         raise OutputError(
-            f"atlas.pixels: {100 * error.off_ramp:.1f} % of the light of {name} has colours that "
-            f"one ramp cannot hold beside the rest ({error.psnr:.1f} dB); if its embers are of "
+            f"{100 * error.off_ramp:.1f} % of the light of {name} has colours that one ramp cannot "
+            f"hold beside the rest ({error.psnr:.1f} dB); if its embers are of "
             f"another colour than the fire, flakes.bake: false lets clients draw them from the "
             f"tracks in their own, or give them the fire's by flakes.colors; otherwise use "
-            f"atlas.pixels: color"
+            f"atlas.pixels: color",
+            key=("atlas", "pixels"),
         )
 
 

@@ -126,8 +126,9 @@ def _refuse_split(sheet: AtlasSheet, textures: Collection[str]) -> None:
         prefix = f"{sheet.title}/{title}/"
         if len({cell.page for cell in sheet.cells if cell.name.startswith(prefix)}) > 1:
             raise OutputError(
-                "flakes.texture: its cells do not fit one page; use fewer, a smaller flakes.size, "
-                "or a larger atlas.max_size"
+                "its cells do not fit one page; use fewer, a smaller flakes.size, or a larger "
+                "atlas.max_size",
+                key=("flakes", "texture"),
             )
 
 

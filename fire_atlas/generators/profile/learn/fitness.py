@@ -136,7 +136,7 @@ def refuse_unfit(
         SourceError: The clip does not show a single, upright flame that is not cut off and burns
             in one place in every frame.
     """
-    _refuse_length(name, proxy.count)
+    refuse_length(name, proxy.count)
     # In bytes more of them are kept, and advice is soon tried.
     copies = kept(replace(proxy, picture=lambda i: as_bytes(proxy.picture(i))))
     verdict = _judged(copies, threshold, workers)
@@ -191,7 +191,12 @@ def _is_steady(drift: float) -> bool:
     return _MIN_DRIFT <= drift <= _MAX_DRIFT
 
 
-def _refuse_length(name: str, count: int) -> None:
+def refuse_length(name: str, count: int) -> None:
+    """Refuse to learn from a clip of too few or too many frames.
+
+    Raises:
+        SourceError: It has ``count``.
+    """
     best = f"{FEW_FRAMES} to {MANY_FRAMES}"
     if count < MIN_FRAMES:
         sheet = "; if it is a sheet of frames, set source.grid: {columns: N, rows: N}"

@@ -1,0 +1,87 @@
+"""Examine a recipe's inputs before a build: refuse all that it could not use, but decode no frame.
+
+``check`` and ``--dry-run`` do no more; a build begins with it.
+"""
+
+from pathlib import Path
+
+from fire_atlas.core.errors import about
+from fire_atlas.core.workers import Workers
+from fire_atlas.core.workload import MAX_PIXELS
+from fire_atlas.outputs.dependencies import inputs_of
+from fire_atlas.pipeline.animation.prepare import check_length
+from fire_atlas.pipeline.input.check import CheckedRecipe
+from fire_atlas.pipeline.input.open import source_key
+from fire_atlas.recipe.load import LoadedRecipe
+from fire_atlas.recipe.located import located
+from fire_atlas.recipe.output import TemplateExport
+from fire_atlas.recipe.source import FramesSource, SpritesSource
+from fire_atlas.sources.registry import examine_source
+from fire_atlas.timeline.arrange import check_timeline
+
+
+def examine(
+    loaded: CheckedRecipe, workers: Workers, max_pixels: int = MAX_PIXELS
+) -> tuple[str, ...]:
+    """Refuse what a build of a recipe could not use, as far as no frame has to be decoded.
+
+    Args:
+        loaded: The recipe.
+        workers: Pool of threads.
+        max_pixels: Limit on the pixels of a picture.
+
+    Returns:
+        What is to be noted about the inputs, for the user.
+
+    Raises:
+        FireAtlasError: An input is missing, damaged or does not suit the recipe, with its place.
+    """
+    inputs_of(loaded.tree)
+    notes = list[str]()
+    for part in loaded.parts:
+        notes += _examine_part(part, workers, max_pixels)
+    with located(loaded.tree):
+        for path in loaded.ramps.values():
+            _examine_ramp(path, max_pixels)
+        for i, export in enumerate(loaded.recipe.exports):
+            if isinstance(export, TemplateExport):
+                from fire_atlas.formats.templates.export import check_template
+
+                with about(("exports", i)):
+                    check_template(export, loaded.templates[export.template])
+    return tuple(notes)
+
+
+def examine_alone(loaded: CheckedRecipe, max_pixels: int = MAX_PIXELS) -> tuple[str, ...]:
+    """Examine a recipe's inputs outside of a build; see ``examine``."""
+    with Workers(1) as workers:
+        return examine(loaded, workers, max_pixels)
+
+
+def _examine_part(part: LoadedRecipe, workers: Workers, max_pixels: int) -> tuple[str, ...]:
+    """Examine the texture of flakes and the source of a recipe; return what is to be noted."""
+    flakes, recipe = part.recipe.flakes, part.recipe
+    if flakes != "none" and flakes.own_texture is not None:
+        from fire_atlas.sources.flake_texture import examine_cells
+
+        ((key, path),) = part.texture_files.items()
+        with located(part.tree, key):
+            examine_cells(flakes.own_texture, path, max_pixels)
+    with located(part.tree, source_key(part)):
+        if isinstance(recipe.source, SpritesSource):
+            from fire_atlas.sources.sprites import open_sprites  # no picture is decoded yet
+
+            return open_sprites(part, workers, max_pixels).notes
+        found = examine_source(part, workers, max_pixels)
+        if found.size is not None and found.exact:
+            check_length(recipe.timeline.frames or 0, found.size, max_pixels)
+        if isinstance(recipe.source, FramesSource) and found.exact:
+            check_timeline(recipe.timeline, found.count, found.fps)
+    return found.notes
+
+
+def _examine_ramp(path: Path, max_pixels: int) -> None:
+    from fire_atlas.sources.ramp_image import examine_ramp
+
+    with about(("atlas", "ramp")):
+        examine_ramp(path, max_pixels)

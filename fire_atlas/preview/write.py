@@ -1,0 +1,65 @@
+"""Make the preview of an atlas: a page that plays it, or a picture."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Literal, TypeAlias
+
+from PIL import ImageColor
+
+from fire_atlas.core.clip import Clip
+from fire_atlas.core.errors import RecipeError
+from fire_atlas.formats.atlas.texture_packer import AtlasFile
+from fire_atlas.formats.output_names import flakes_file
+from fire_atlas.formats.tracks.tracks_json import read_all_tracks, read_tracks
+from fire_atlas.preview.field_data import FieldData
+from fire_atlas.preview.field_marks import FieldMarks
+from fire_atlas.preview.page import is_preview_page, preview_page
+from fire_atlas.preview.pictures import Color, animated_image, contact_sheet, is_preview_picture
+
+PreviewKind: TypeAlias = Literal["page", "gif", "webp", "apng", "sheet"]
+"""An HTML page that plays the atlas, an animated picture, or a contact sheet."""
+
+
+def preview_of(
+    atlas: AtlasFile,
+    kind: PreviewKind,
+    background: Color,
+    clip: Clip | None = None,
+    field: Mapping[str, FieldMarks] | None = None,
+) -> bytes:
+    """Return the preview of an atlas.
+
+    Args:
+        atlas: The atlas.
+        kind: What to make.
+        background: Colour behind the fire, sRGB 0..255.
+        clip: For a contact sheet: the clip of its source, if that is known.
+        field: For a page: marks of the analysis, by animation.
+    """
+    match kind:
+        case "page":
+            return preview_page(atlas, read_all_tracks(atlas), background, FieldData(field or {}))
+        case "sheet":
+            tracks = read_tracks(atlas.path.with_name(flakes_file(atlas.path.stem, "json")))
+            return contact_sheet(atlas, tracks, clip, background)
+        case _:
+            return animated_image(atlas, kind, background)
+
+
+def is_preview(path: Path, kind: PreviewKind) -> bool:
+    """Return whether a file is an earlier preview of that kind, which may be replaced."""
+    return is_preview_page(path) if kind == "page" else is_preview_picture(path)
+
+
+def color_of(text: str, what: str) -> Color:
+    """Return a colour of CSS as sRGB 0..255; ``what`` states it, for messages.
+
+    Raises:
+        RecipeError: It is none.
+    """
+    try:
+        return ImageColor.getrgb(text)[:3]
+    except ValueError:
+        raise RecipeError(
+            f'{what} {text}: must be a colour like "#101014" or midnightblue'
+        ) from None
