@@ -83,6 +83,7 @@ Direction = Annotated[
 
 NONE, BLOCK = Tag("<none>"), Tag("<block>")
 AUTO, NUMBER, PAIR = Tag("<auto>"), Tag("<number>"), Tag("<pair>")
+COLOURS = Tag("<colours>")
 WORD, SWITCH, AS_SOURCE = Tag("<word>"), Tag("<switch>"), Tag("<source>")
 TEMPLATE, UNITY = Tag("<template>"), Tag("<unity>")
 FRAMES, PROFILE, SILK = Tag("<frames>"), Tag("<profile>"), Tag("<silk>")
@@ -92,7 +93,7 @@ KINDS = frozenset(tag.tag for tag in (FRAMES, PROFILE, SILK))
 BRANCHES = KINDS | {
     tag.tag
     for tag in (
-        *(NONE, BLOCK, AUTO, NUMBER, PAIR, WORD, SWITCH, AS_SOURCE, SHEET, ARRANGEMENT),
+        *(NONE, BLOCK, AUTO, NUMBER, PAIR, COLOURS, WORD, SWITCH, AS_SOURCE, SHEET, ARRANGEMENT),
         *(TEMPLATE, UNITY),
     )
 }

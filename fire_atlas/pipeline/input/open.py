@@ -14,7 +14,9 @@ from fire_atlas.core.workers import Workers
 from fire_atlas.outputs.dependencies import inputs_of, recipe_files
 from fire_atlas.outputs.digest import HashedFile
 from fire_atlas.outputs.staging import Staging
+from fire_atlas.recipe.effect import RampHue
 from fire_atlas.recipe.load import LoadedRecipe
+from fire_atlas.recipe.ramps import FLAME_RAMP
 from fire_atlas.recipe.source import FramesSource
 from fire_atlas.sources.registry import (
     open_source,
@@ -23,6 +25,7 @@ from fire_atlas.sources.registry import (
 )
 
 if TYPE_CHECKING:
+    from fire_atlas.heat.ready import RampLight
     from fire_atlas.sources.sprites import Sprites
 
 Opened: TypeAlias = "Mapping[str, Clip] | FireInWind | Sprites"
@@ -57,7 +60,8 @@ def _open(loaded: LoadedRecipe, context: BuildContext) -> Opened:
     workers, max_pixels = context.workers, context.max_pixels
     if loaded.recipe.wind.levels:
         return open_source_in_wind(loaded, workers, max_pixels)
-    sprites = None if loaded.recipe.has_effect else open_sprites(loaded, max_pixels)
+    changes = loaded.recipe.has_effect or loaded.recipe.composite.ramp != "none"
+    sprites = None if changes else open_sprites(loaded, max_pixels)
     return open_source(loaded, workers, max_pixels) if sprites is None else sprites
 
 
@@ -79,6 +83,39 @@ def open_texture(loaded: LoadedRecipe, context: BuildContext) -> list[Pixels]:
     except SourceError as error:
         where = loaded.tree.origin(key).locate(key)
         raise SourceError(f"{where}: {error}") from None
+
+
+def open_ramps(loaded: LoadedRecipe, context: BuildContext) -> "dict[str, RampLight]":
+    """Return the colours that a recipe gives its fire, by the names of their animations: one
+    without a name if it states one ramp; none if the fire keeps its own.
+
+    Raises:
+        SourceError: An image of a ramp cannot be read.
+    """
+    composite, space = loaded.recipe.composite, loaded.recipe.atlas.blend_space
+    if not composite.ramps:
+        return {}
+    from fire_atlas.atlas.sheet import RAMP_WIDTH
+    from fire_atlas.heat.ready import colours_light, hue_light, ready_light
+    from fire_atlas.sources.ramp_image import read_ramp
+
+    lights: dict[str, RampLight] = {}
+    for place, (name, ramp) in enumerate(composite.ramps.items()):
+        key = (*FLAME_RAMP, place) if composite.listed_ramps else FLAME_RAMP
+        if isinstance(ramp, RampHue):
+            lights[name] = hue_light(ramp.hue)
+        elif isinstance(ramp, tuple):
+            lights[name] = colours_light(ramp)
+        elif key not in loaded.flame_ramps:
+            lights[name] = ready_light(ramp)
+        else:
+            try:
+                path = loaded.flame_ramps[key]
+                lights[name] = read_ramp(path, RAMP_WIDTH, space, context.max_pixels)
+            except SourceError as error:
+                where = loaded.tree.origin(key).locate(key)
+                raise SourceError(f"{where}: {error}") from None
+    return lights
 
 
 def _is_one_picture(loaded: LoadedRecipe, clip: Clip) -> bool:
@@ -144,7 +181,9 @@ def check_inputs(
     Raises:
         SourceError: Files were added to sources or removed.
     """
-    files = [*opened, *dict.fromkeys(loaded.ramps.values()), *loaded.templates.values()]
+    ramps = loaded.heat_ramps, *(part.flame_ramps for part in loaded.parts)
+    images = dict.fromkeys(path for found in ramps for path in found.values())
+    files = [*opened, *images, *loaded.templates.values()]
     expected = [file.path for file in hashed]
     if files != expected:
         other = next(iter(set(files).symmetric_difference(expected)), loaded.path)

@@ -16,7 +16,7 @@ from fire_atlas.heat.ready import ramp_of_light, ready_ramp
 from fire_atlas.pipeline.animation.contribution import FinishedAnimation
 from fire_atlas.pipeline.animation.render import RenderedFrame
 from fire_atlas.recipe.load import LoadedRecipe
-from fire_atlas.recipe.ramps import LEARNT
+from fire_atlas.recipe.ramps import HEAT_RAMP, LEARNT
 from fire_atlas.sources.ramp_image import read_ramp
 
 _MOST_OFF_RAMP = 0.02
@@ -77,7 +77,7 @@ def in_heat(
         made, errors = _all_in_heat(animations, learnt, context)
     if atlas.pixels == "heat4":
         made = {name: _with_shared_sprites(name, each) for name, each in made.items()}
-    ramps = np.stack([_ramp(name, learnt, loaded, context) for name in atlas.ramps])
+    ramps = np.stack([_ramp(i, learnt, loaded, context) for i in range(len(atlas.ramps))])
     description = Heat(atlas.pixels, f"{loaded.recipe.name}.ramp.png", atlas.ramps)
     return made, HeatPages(description, ramps, errors)
 
@@ -114,14 +114,16 @@ def _counted(parts: Iterable[Bins], context: BuildContext) -> Iterator[Bins]:
         yield part
 
 
-def _ramp(name: str, learnt: Bytes, loaded: LoadedRecipe, context: BuildContext) -> Bytes:
-    """Return a ramp that a recipe names, (256, 4)."""
+def _ramp(place: int, learnt: Bytes, loaded: LoadedRecipe, context: BuildContext) -> Bytes:
+    """Return the ramp that a recipe names at a place of its list, (256, 4)."""
     atlas = loaded.recipe.atlas
+    name, key = atlas.ramps[place], HEAT_RAMP
     if name == LEARNT:
         return learnt
-    if name not in loaded.ramps:
+    path = loaded.heat_ramps.get((*key, place)) or loaded.heat_ramps.get(key)
+    if path is None:
         return ready_ramp(name, atlas.alpha, atlas.blend_space)
-    light = read_ramp(loaded.ramps[name], RAMP_WIDTH, atlas.blend_space, context.max_pixels)
+    light = read_ramp(path, RAMP_WIDTH, atlas.blend_space, context.max_pixels)
     return ramp_of_light(light, atlas.alpha, atlas.blend_space)
 
 
