@@ -104,11 +104,6 @@ def _premultiplied(straight: NDArray[np.float64], cover: NDArray[np.floating]) -
     return as_plane(premultiply(srgb_to_linear(straight)[None], coverage)[0])
 
 
-def ready_ramp(name: str, alpha: Alpha, blend_space: BlendSpace) -> Bytes:
-    """Return a ready ramp (256, 4) for pages with these settings."""
-    return ramp_of_light(ready_light(name), alpha, blend_space)
-
-
 def ramp_of_light(row: RampLight, alpha: Alpha, blend_space: BlendSpace) -> Bytes:
     """Return the ramp (256, 4) that is nearest to linear premultiplied light (256, 4)."""
     curve = encode_frame(row[None], alpha, blend_space)[0].astype(np.float64)

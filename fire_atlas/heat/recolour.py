@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.easing import smooth_step
-from fire_atlas.core.pixels import as_plane, decode_unit, encode_unit, expose
+from fire_atlas.core.pixels import Bytes, as_plane, decode_unit, encode_unit, expose
+from fire_atlas.heat.ramp import finished_ramp
 from fire_atlas.heat.ready import NATURAL, RampLight, ready_light
 
 _STEPS = 4096
@@ -154,9 +155,8 @@ class OwnColours:
     saturation: Values
 
     @classmethod
-    def of(cls, light: Light, blend_space: str, *, is_matted: bool) -> Self:
-        """Measure the pixels of a few frames of a clip."""
-        seen = shown(light, blend_space)
+    def of(cls, seen: Light, blend_space: str, *, is_matted: bool) -> Self:
+        """Measure what is shown of pixels of a few frames of a clip."""
         brightest = seen[:, :3].max(axis=1)
         seen, brightest = seen[brightest > _VISIBLE], brightest[brightest > _VISIBLE]
         paleness = seen[:, :3].min(axis=1) / brightest
@@ -179,3 +179,30 @@ class OwnColours:
         hides = np.clip((seen[:, 3] - light) / np.maximum(1 - light, _MIN_COVERAGE), 0, 1)
         usual = _PALER_CLEAR + (_PALER_SOLID - _PALER_CLEAR) * hides
         return as_plane(1 - smooth_step((paler - usual) / _FADE))
+
+
+def shown_of_bytes(image: Bytes, alpha: str, blend_space: str) -> Light:
+    """Return what is shown of encoded pixels (..., 4) of premultiplied or added light, (n, 4)."""
+    seen = as_plane(image.reshape(-1, 4) / np.float32(255))
+    if alpha == "additive":
+        seen[:, 3] = needed(seen, blend_space)
+    return seen
+
+
+def keeping(ramp: Bytes, learnt: Bytes, own: OwnColours, alpha: str, blend_space: str) -> Bytes:
+    """Return a ramp (256, 4) that has the ``learnt`` colours of what is no flame, and hides as
+    much as these: by the colours of flames alone, wood and smoke would be glass.
+
+    Args:
+        ramp, learnt: Encoded for pages of this ``alpha`` and ``blend_space``.
+        own: The flame's own colours.
+        alpha, blend_space: Settings of the pages.
+    """
+    seen = shown_of_bytes(learnt, alpha, blend_space)
+    natural = HeatColours.of(ready_light(NATURAL), blend_space)
+    share = own.share(seen)[:, None]
+    kept = ramp.astype(np.float64)
+    if alpha != "additive":
+        kept[:, 3] = 255 - (255 - kept[:, 3]) * (1 - natural.behind(seen))
+    kept += (learnt - kept) * (1 - share)
+    return ramp if (np.rint(kept) == ramp).all() else finished_ramp(kept, alpha, blend_space)

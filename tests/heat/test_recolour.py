@@ -326,3 +326,34 @@ def test_a_member_in_a_ramp_is_refused_where_pages_store_heat(
     (tmp_path / "host.yaml").write_text(yaml.safe_dump(host))
     assert main(["check", str(tmp_path / "host.yaml")]) == 2
     assert "atlas.members.0: composite.ramp" in capsys.readouterr().err
+
+
+WOOD = (70, 52, 38, 255)
+
+
+@pytest.mark.parametrize("pixels", ["heat", "heat4"])
+def test_wood_stays_wood_in_pages_of_heat(pixels: str, tmp_path: Path) -> None:
+    natural = ramp_of("campfire", "srgb")
+    source = clip_of_known_heat(tmp_path / "clip", natural, "srgb")
+    for path in (tmp_path / "clip").iterdir():
+        picture = np.array(Image.open(path))
+        picture[40:, 20:40] = WOOD
+        Image.fromarray(picture).save(path)
+    atlas = {"pixels": pixels, "ramp": ["learnt", "gas"], "trim": "none"}
+    built = build(tmp_path, source=source, atlas=atlas, **PLAIN)
+    learnt, gas = np.asarray(Image.open(built.with_name("fire.ramp.png"))).astype(int)
+    colours = frames_of(built)
+    stick = colours[0][45:60, 25:35].reshape(-1, 4).astype(int)
+    assert np.abs(stick - WOOD).max() <= 12, "one axis holds it about so"
+    entry = int(np.argmin(np.abs(learnt - stick[0]).sum(axis=1)))
+    assert np.abs(gas[entry] - learnt[entry]).max() <= 12, "it was glass"
+    assert gas[-1, 2] >= gas[-1, 0] and gas[200, 2] > gas[200, 0] + 40, "the flame is blue"
+
+
+def test_smoke_stays_smoke_in_pages_of_heat(tmp_path: Path) -> None:
+    atlas = {"pixels": "heat", "ramp": ["learnt", "gas"]}
+    built = build(tmp_path, source=sample("explosion"), atlas=atlas, **PLAIN)
+    learnt, gas = np.asarray(Image.open(built.with_name("fire.ramp.png"))).astype(int)
+    is_smoke = (learnt[:, 3] > 100) & (learnt[:, 0] < 60)
+    assert np.count_nonzero(is_smoke) > 10
+    assert np.abs(gas - learnt)[is_smoke].max() <= 12

@@ -140,6 +140,6 @@ def _own_colours(clip: Clip, context: BuildContext) -> OwnColours:
     def some(i: int) -> Light:
         return clip.read(i).reshape(-1, 4)[::stride]
 
-    numbers = evenly_spread(0, clip.body - 1, min(_SAMPLES, clip.body))
-    light = np.concatenate(list(context.workers.map(some, numbers)))
-    return OwnColours.of(light, clip.blend_space, is_matted=clip.matte == "alpha")
+    numbers = evenly_spread(0, clip.body - 1, _SAMPLES)
+    seen = shown(np.concatenate(list(context.workers.map(some, numbers))), clip.blend_space)
+    return OwnColours.of(seen, clip.blend_space, is_matted=clip.matte == "alpha")
