@@ -117,6 +117,9 @@ class Clip:
         depth: The fire in three dimensions, if it was made so; None for flat pictures.
         smoke: ``smoke(i)`` returns the share of light, (height, width) 0..1, that black smoke keeps
             back in frame i. Set for generated clips; None means that it is part of the pictures.
+        solids: ``solids(i)`` returns the light of what stands in the fire, as it is seen through
+            the flames of frame i, and the coverage of it, (height, width, 4). Set for fire that is
+            made with what stands in it; None means that it is part of the pictures.
         skipped: If the source has more frames than the clip: by the number of a frame, a source
             frame about halfway between it and the next.
     """
@@ -139,6 +142,7 @@ class Clip:
     skipped: Mapping[int, Skipped] = field(default_factory=dict)
     depth: FireInDepth | None = None
     smoke: Callable[[int], Plane] | None = None
+    solids: Callable[[int], Pixels] | None = None
 
     @property
     def body(self) -> int:

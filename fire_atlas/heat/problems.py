@@ -5,11 +5,13 @@ from collections.abc import Iterator
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.output import Maps
 from fire_atlas.recipe.problem import Problem
+from fire_atlas.recipe.ramps import FLAME_RAMP
 
 
 def heat_problems(recipe: Recipe) -> Iterator[Problem]:
-    """Yield a problem for each map, and for a texture of flakes, that pages of heat cannot have."""
+    """Yield a problem for each map, and for colours, that pages of heat cannot have."""
     pixels, maps = recipe.atlas.pixels, recipe.maps
+    yield from flame_ramp_problems(recipe)
     if pixels == "heat4" and maps != Maps():
         yield Problem(
             ("maps",),
@@ -26,4 +28,14 @@ def heat_problems(recipe: Recipe) -> Iterator[Problem]:
             ("flakes", "texture"),
             "its cells have colours of their own, which pages of heat do not store; leave it out, "
             "or set atlas.pixels to color",
+        )
+
+
+def flame_ramp_problems(recipe: Recipe) -> Iterator[Problem]:
+    """Yield a problem if the flame is to be in a ramp's colours, but pages store heat."""
+    if recipe.atlas.pixels != "color" and recipe.composite.ramp != "none":
+        yield Problem(
+            FLAME_RAMP,
+            "colours the pixels of pages, but with atlas.pixels: "
+            f"{recipe.atlas.pixels} a page takes its colours from atlas.ramp; name the ramp there",
         )

@@ -1,4 +1,8 @@
-"""The ramps that the tool brings along, and those of images."""
+"""The ramps that the tool brings along, those of colours and hues, and those of images."""
+
+import colorsys
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -6,7 +10,7 @@ from numpy.typing import NDArray
 from fire_atlas.atlas.encode import Alpha, BlendSpace, encode_frame
 from fire_atlas.atlas.sheet import RAMP_WIDTH
 from fire_atlas.core.blackbody import blackbody
-from fire_atlas.core.pixels import Bytes, hex_to_srgb, premultiply, srgb_to_linear
+from fire_atlas.core.pixels import Bytes, as_plane, hex_to_srgb, premultiply, srgb_to_linear
 from fire_atlas.heat.ramp import finished_ramp
 
 _Stops = tuple[tuple[float, str, float], ...]
@@ -47,24 +51,60 @@ _EXPOSURE = 5.0
 """Of the hottest entry of a black body, over that which film shows at 1 - 1/e."""
 
 
-def ready_ramp(name: str, alpha: Alpha, blend_space: BlendSpace) -> Bytes:
-    """Return a ready ramp (256, 4) for pages with these settings."""
-    heat = np.linspace(0, 1, RAMP_WIDTH)
-    if name == "blackbody":
-        kelvin = _KELVIN[0] + (_KELVIN[1] - _KELVIN[0]) * heat
-        cover = np.minimum(1, 1.6 * heat)
-        light = 1 - np.exp(-_EXPOSURE * blackbody(kelvin) * heat[:, None] ** 2)
-        row = np.column_stack([light, cover]).astype(np.float32)
-    else:
+_TINTS = (
+    (0.0, 0.2, 1.0, 0.0), (0.16, 0.55, 0.95, 0.22), (0.42, 0.9, 0.82, 0.55),
+    (0.66, 1.0, 0.6, 0.82), (0.86, 1.0, 0.32, 0.96), (1.0, 1.0, 0.04, 1.0),
+)  # fmt: skip
+"""Of a ramp of one hue: heat 0..1, brightest channel, saturation and coverage there."""
+
+NATURAL = "campfire"
+"""The ramp of a natural fire."""
+
+RampLight = NDArray[np.float32]
+"""(256, 4): the light of each entry of a ramp, linear and premultiplied, and its coverage."""
+
+
+def ready_light(name: str) -> RampLight:
+    """Return the light of a ready ramp."""
+    if name != "blackbody":
         at, colours, covers = zip(*_STOPS[name], strict=True)
-        shown = hex_to_srgb(colours) / 255
-        straight = np.column_stack([np.interp(heat, at, shown[:, i]) for i in range(3)])
-        cover = np.interp(heat, at, covers).astype(np.float32)
-        row = premultiply(srgb_to_linear(straight)[None], cover[None])[0]
-    return ramp_of_light(row, alpha, blend_space)
+        shown = _between(at, hex_to_srgb(colours) / 255)
+        return _premultiplied(shown, _between(at, np.array(covers)[:, None]))
+    heat = np.linspace(0, 1, RAMP_WIDTH)
+    kelvin = _KELVIN[0] + (_KELVIN[1] - _KELVIN[0]) * heat
+    cover = np.minimum(1, 1.6 * heat)
+    light = 1 - np.exp(-_EXPOSURE * blackbody(kelvin) * heat[:, None] ** 2)
+    return np.column_stack([light, cover]).astype(np.float32)
 
 
-def ramp_of_light(row: NDArray[np.float32], alpha: Alpha, blend_space: BlendSpace) -> Bytes:
+def hue_light(hue: float) -> RampLight:
+    """Return the light of the ramp of a hue, degrees."""
+    at, values, saturations, covers = zip(*_TINTS, strict=True)
+    tints = zip(saturations, values, strict=True)
+    shown = np.array([colorsys.hsv_to_rgb(hue / 360, *tint) for tint in tints])
+    return _premultiplied(_between(at, shown), _between(at, np.array(covers)[:, None]))
+
+
+def colours_light(colours: Sequence[str]) -> RampLight:
+    """Return the light of the ramp of sRGB hex colours, evenly spaced, that covers as much as a
+    natural fire."""
+    at = np.linspace(0, 1, len(colours)).tolist()
+    return _premultiplied(_between(at, hex_to_srgb(colours) / 255), ready_light(NATURAL)[:, 3:])
+
+
+def _between(at: Sequence[float], stops: NDArray[Any]) -> NDArray[np.float64]:
+    """Return each channel of ``stops`` (n, channels) ``at`` these heats for all of a ramp's."""
+    heat = np.linspace(0, 1, RAMP_WIDTH)
+    return np.column_stack([np.interp(heat, at, channel) for channel in stops.T])
+
+
+def _premultiplied(straight: NDArray[np.float64], cover: NDArray[np.floating]) -> RampLight:
+    """Return the light of straight sRGB colours (256, 3), 0..1, and their coverage (256, 1)."""
+    coverage = as_plane(cover).T
+    return as_plane(premultiply(srgb_to_linear(straight)[None], coverage)[0])
+
+
+def ramp_of_light(row: RampLight, alpha: Alpha, blend_space: BlendSpace) -> Bytes:
     """Return the ramp (256, 4) that is nearest to linear premultiplied light (256, 4)."""
     curve = encode_frame(row[None], alpha, blend_space)[0].astype(np.float64)
     return finished_ramp(curve, alpha, blend_space)

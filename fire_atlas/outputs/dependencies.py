@@ -8,7 +8,7 @@ from pathlib import Path
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.files import real
 from fire_atlas.recipe.located import located
-from fire_atlas.recipe.ramps import existing_ramps
+from fire_atlas.recipe.ramps import FLAME_RAMP, HEAT_RAMP, existing_ramps
 from fire_atlas.recipe.tree import RecipeTree, source_files, templates, texture_files
 from fire_atlas.sources.listing import (
     FixedRange,
@@ -55,7 +55,9 @@ def inputs_of(tree: RecipeTree) -> list[Path]:
     """
     own = [tree] if tree.has_source else []
     frames = [path for each in (*own, *tree.members) for path in _source_inputs(each)]
-    return [*frames, *existing_ramps(tree), *templates(tree).values()]
+    ramps = existing_ramps(tree, HEAT_RAMP)
+    ramps += [path for each in (*own, *tree.members) for path in existing_ramps(each, FLAME_RAMP)]
+    return [*frames, *dict.fromkeys(ramps), *templates(tree).values()]
 
 
 def _is_of_sprites(tree: RecipeTree) -> bool:

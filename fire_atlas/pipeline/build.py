@@ -28,6 +28,7 @@ from fire_atlas.pipeline.input.open import (
     hash_inputs,
     input_files,
     open_input,
+    open_ramps,
     open_texture,
     source_key,
 )
@@ -80,11 +81,11 @@ def build(
         refuse_taken_names(recipe, staging)
         contributions, files = [], list[Path]()
         for part in loaded.parts:
-            cells = open_texture(part, context)
+            cells, ramps = open_texture(part, context), open_ramps(part, context)
             with located(part.tree, source_key(part)):
                 with timer.measure("study"):
                     opened = open_input(part, context)
-                contributions.append(contribute(part.recipe, opened, cells, context))
+                contributions.append(contribute(part.recipe, opened, cells, ramps, context))
             files += input_files(opened, part)
         content = page_content(contributions, loaded, context)
         with timer.measure("pack"):

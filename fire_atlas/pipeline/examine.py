@@ -15,6 +15,7 @@ from fire_atlas.pipeline.input.open import source_key
 from fire_atlas.recipe.load import LoadedRecipe
 from fire_atlas.recipe.located import located
 from fire_atlas.recipe.output import TemplateExport
+from fire_atlas.recipe.problem import KeyPath
 from fire_atlas.recipe.source import FramesSource, SpritesSource
 from fire_atlas.sources.registry import examine_source
 from fire_atlas.timeline.arrange import check_timeline
@@ -41,8 +42,8 @@ def examine(
     for part in loaded.parts:
         notes += _examine_part(part, workers, max_pixels)
     with located(loaded.tree):
-        for path in loaded.ramps.values():
-            _examine_ramp(path, max_pixels)
+        for key, path in loaded.heat_ramps.items():
+            _examine_ramp(key, path, max_pixels)
         for i, export in enumerate(loaded.recipe.exports):
             if isinstance(export, TemplateExport):
                 from fire_atlas.formats.templates.export import check_template
@@ -67,6 +68,9 @@ def _examine_part(part: LoadedRecipe, workers: Workers, max_pixels: int) -> tupl
         ((key, path),) = part.texture_files.items()
         with located(part.tree, key):
             examine_cells(flakes.own_texture, path, max_pixels)
+    with located(part.tree):
+        for key, path in part.flame_ramps.items():
+            _examine_ramp(key, path, max_pixels)
     with located(part.tree, source_key(part)):
         if isinstance(recipe.source, SpritesSource):
             from fire_atlas.sources.sprites import open_sprites  # no picture is decoded yet
@@ -80,8 +84,8 @@ def _examine_part(part: LoadedRecipe, workers: Workers, max_pixels: int) -> tupl
     return found.notes
 
 
-def _examine_ramp(path: Path, max_pixels: int) -> None:
+def _examine_ramp(key: KeyPath, path: Path, max_pixels: int) -> None:
     from fire_atlas.sources.ramp_image import examine_ramp
 
-    with about(("atlas", "ramp")):
+    with about(key):
         examine_ramp(path, max_pixels)

@@ -30,6 +30,7 @@ from fire_atlas.preview.field_data import FieldData
 from fire_atlas.preview.figures import page_use, range_text, safe_mip, span, value_text
 from fire_atlas.preview.loops import figures_of_loops
 from fire_atlas.preview.pictures import Color
+from fire_atlas.preview.ramp_pictures import ramp_pictures
 
 _SCRIPTS = (
     "film.js", "program.js", "flake_painter.js", "painter.js", "marks.js", "field_marks.js",
@@ -106,6 +107,7 @@ def preview_page(
     parts = {path.name: path.read_text(encoding="utf-8") for path in folder.iterdir()}
     first = srgb_to_hex(background)
     loops = figures_of_loops(atlas)
+    ramps, has_heat = ramp_pictures(atlas), atlas.sheet.heat is not None
     atlas, files = colour_pages(atlas)
     motion, sheets = atlas.sheet.motion, _sheets(atlas, files)
     html = environment().from_string(parts["page.html.j2"]).render(
@@ -128,6 +130,8 @@ def preview_page(
         sheets=sheets,
         layers=_LAYERS,
         absent=[layer for layer in _LAYERS if layer not in sheets],
+        ramps=ramps,
+        ramp_key=f"{'atlas' if has_heat else 'composite'}: {{ramp: ...}}",
         motion=motion,
         encoding=motion and motion_encoding(motion.engine),
         alpha=shown_alpha(atlas.sheet),

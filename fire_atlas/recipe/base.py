@@ -103,6 +103,7 @@ Direction = Annotated[
 
 NONE, BLOCK = Tag("<none>"), Tag("<block>")
 AUTO, NUMBER, PAIR = Tag("<auto>"), Tag("<number>"), Tag("<pair>")
+COLOURS = Tag("<colours>")
 WORD, SWITCH, AS_SOURCE = Tag("<word>"), Tag("<switch>"), Tag("<source>")
 TEMPLATE, UNITY = Tag("<template>"), Tag("<unity>")
 FRAMES, PROFILE, SILK = Tag("<frames>"), Tag("<profile>"), Tag("<silk>")
@@ -113,7 +114,7 @@ KINDS = frozenset(tag.tag for tag in (FRAMES, PROFILE, SILK, SPRITES))
 BRANCHES = KINDS | {
     tag.tag
     for tag in (
-        *(NONE, BLOCK, AUTO, NUMBER, PAIR, WORD, SWITCH, AS_SOURCE, SHEET, ARRANGEMENT),
+        *(NONE, BLOCK, AUTO, NUMBER, PAIR, COLOURS, WORD, SWITCH, AS_SOURCE, SHEET, ARRANGEMENT),
         *(TEMPLATE, UNITY),
     )
 }

@@ -5,16 +5,21 @@ and Artificial Motion Blur". Lengths "in heights" are fractions of the frame's h
 recipe works at any resolution.
 """
 
-from typing import Annotated, Any, Literal, Self
+import re
+from pathlib import PurePath
+from typing import Annotated, Any, Literal, Self, cast
 
-from pydantic import AfterValidator, Field, field_validator, model_validator
+from pydantic import AfterValidator, Discriminator, Field, field_validator, model_validator
 
 from fire_atlas.recipe.base import (
     BLOCK,
+    COLOURS,
     LIST,
+    NONE,
     NUMBER,
     OFF,
     PAIR,
+    UNDECIDED,
     WORD,
     Auto,
     Color,
@@ -26,6 +31,7 @@ from fire_atlas.recipe.base import (
 )
 from fire_atlas.recipe.problem import ContradictionError, Problem
 from fire_atlas.recipe.source import Grid
+from fire_atlas.recipe.tree import NAME_PATTERN
 
 AutoOrNumber = Annotated[
     Auto | Annotated[float, Field(ge=0, le=10000), NUMBER], either("`auto` or a number")
@@ -329,8 +335,82 @@ class MotionBlur(Settings):
     open. κ takes most of it lower down, so that 1 (eq. 17) can hardly be seen in most fires."""
 
 
+class RampHue(Settings):
+    """A ramp of one hue: from nothing through its deep and its pale tints to nearly white."""
+
+    hue: float = Field(ge=0, le=360)
+    """Hue, degrees: 0 red, 60 yellow, 120 green, 240 blue."""
+
+
+def _no_lone_colour(name: str) -> str:
+    """Return the name of a ramp; refuse a colour, which is no ramp yet."""
+    if name.startswith("#"):
+        raise ValueError(
+            f'a colour stands in a list of colours from cold to hot: ["{name}", "#ffffff"]'
+        )
+    return name
+
+
+def _ramp_branch(value: Any) -> str | None:
+    """Return the tag of a ramp's type, or that of several in a list."""
+    match value:
+        case "none":
+            return NONE.tag
+        case str():
+            return WORD.tag
+        case [*colours] if colours and all(isinstance(c, str) and c[:1] == "#" for c in colours):
+            return COLOURS.tag
+        case list() | tuple():
+            return PAIR.tag
+        case dict() | Settings():
+            return BLOCK.tag
+    return None
+
+
+_RAMP = "the name of a ramp, the path of an image, a list of colours, {hue: degrees}"
+_NamedRamp = Annotated[
+    str, Field(min_length=1, pattern=r"^[^\x00]+$"), AfterValidator(_no_lone_colour), WORD
+]
+_RampColours = Annotated[tuple[Color, ...], LIST, Field(min_length=1, max_length=16), COLOURS]
+_RampHue = Annotated[RampHue, BLOCK]
+
+FlameRamp = Annotated[
+    _NamedRamp | _RampColours | _RampHue,
+    Discriminator(
+        _ramp_branch, custom_error_type=UNDECIDED, custom_error_message=f"must be {_RAMP}"
+    ),
+]
+"""The colours of a flame by its heat."""
+
+
+def _ramp_name(ramp: FlameRamp, place: int) -> str:
+    """Return the name of the animations in the ramp at a place of a list."""
+    if isinstance(ramp, RampHue):
+        return f"hue_{ramp.hue:g}"
+    return PurePath(ramp).stem if isinstance(ramp, str) else f"ramp_{place}"
+
+
 class Composite(Settings):
-    """How the flake layer is composited onto the flame layer, in linear light."""
+    """Colours of the flame, and how the flake layer is composited onto it, in linear light."""
+
+    ramp: Annotated[
+        Off
+        | _NamedRamp
+        | _RampColours
+        | _RampHue
+        | Annotated[tuple[FlameRamp, ...], LIST, PAIR, Field(min_length=1, max_length=16)],
+        Discriminator(
+            _ramp_branch,
+            custom_error_type=UNDECIDED,
+            custom_error_message=f"must be none, {_RAMP}, or a list of these",
+        ),
+        OFF,
+    ] = "none"
+    """Colours of flame and flakes by their heat, in place of the fire's own: ``campfire``, ``gas``,
+    ``copper``, ``poison``, ``soul``, ``frost``, ``blackbody``, the path of an image (as of
+    ``atlas.ramp``), a list of colours from cold to hot, or ``{hue: 200}``. What is no flame keeps
+    its colours. Several in a list are animations of their own, ``name/soul/0000``: images by their
+    names, hues as ``hue_200``, colours as ``ramp_1`` by their place in the list."""
 
     blend: Literal["add", "screen", "over"] = "add"
     """``add`` the light, ``screen`` it (never above 1), or draw flakes ``over`` the flame."""
@@ -340,6 +420,38 @@ class Composite(Settings):
     """``clip``: flakes are opaque, each in the nearest colour that occurs in the clip; soft ones
     are dots with smooth edges, hard ones whole pixels. ``auto``: so for flat art and pixel art
     (``flakes.class``), else ``none``."""
+
+    @property
+    def listed_ramps(self) -> tuple[FlameRamp, ...]:
+        """The ramps that are in a list, so that animations have their names."""
+        if _ramp_branch(self.ramp) != PAIR.tag:
+            return ()
+        return cast("tuple[FlameRamp, ...]", self.ramp)
+
+    @property
+    def ramps(self) -> dict[str, FlameRamp]:
+        """The ramps by the names of their animations; one that is not in a list has no name."""
+        if self.ramp == "none":
+            return {}
+        if not self.listed_ramps:
+            return {"": cast("FlameRamp", self.ramp)}
+        return {_ramp_name(ramp, place): ramp for place, ramp in enumerate(self.listed_ramps)}
+
+    @model_validator(mode="after")
+    def _name_each_ramp(self) -> Self:
+        """Refuse a list of ramps whose animations cannot have their names."""
+        taken = set[str]()
+        for place, ramp in enumerate(self.listed_ramps):
+            name = _ramp_name(ramp, place)
+            if not re.fullmatch(NAME_PATTERN, name):
+                problem = "its animations are called like the file; give it a plain name"
+            elif name in taken:
+                problem = f"another ramp of the list is called {name} too; rename it, or remove one"
+            else:
+                taken.add(name)
+                continue
+            raise ContradictionError(Problem(("ramp", place), problem))
+        return self
 
 
 _NONE_OR_BLOCK = either("`none` or a block of settings")

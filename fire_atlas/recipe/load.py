@@ -11,7 +11,7 @@ from fire_atlas.core.files import real
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.output import Maps
 from fire_atlas.recipe.problem import KeyPath
-from fire_atlas.recipe.ramps import ramp_files
+from fire_atlas.recipe.ramps import FLAME_RAMP, HEAT_RAMP, ramp_files
 from fire_atlas.recipe.tree import RecipeTree, source_files, templates, texture_files
 from fire_atlas.recipe.validate import validate
 
@@ -29,7 +29,8 @@ class LoadedRecipe:
             an item of a list.
         texture_files: Absolute path of the texture of flakes by its key, if there is one.
         templates: Absolute path of each template in ``exports``, by its path in the recipe.
-        ramps: Absolute path of each image in ``atlas.ramp``, by its path in the recipe.
+        heat_ramps, flame_ramps: Absolute path of each image in ``atlas.ramp`` and in
+            ``composite.ramp``, by its key.
         members: Recipes whose effects share the pages. Their ``atlas``, ``maps`` and ``tracks`` are
             those of this recipe.
     """
@@ -41,7 +42,8 @@ class LoadedRecipe:
     source_files: dict[KeyPath, Path]
     texture_files: dict[KeyPath, Path]
     templates: dict[str, Path]
-    ramps: dict[str, Path]
+    heat_ramps: dict[KeyPath, Path]
+    flame_ramps: dict[KeyPath, Path]
     members: tuple["LoadedRecipe", ...] = ()
 
     @property
@@ -62,7 +64,8 @@ def load_tree(tree: RecipeTree) -> LoadedRecipe:
         source_files(tree),
         texture_files(tree),
         templates(tree),
-        ramp_files(tree),
+        ramp_files(tree, HEAT_RAMP),
+        ramp_files(tree, FLAME_RAMP),
         members,
     )
 
@@ -81,7 +84,10 @@ def resolved_yaml(loaded: LoadedRecipe) -> str:
     base = real(loaded.base)
     if values["source"] is None:
         del values["source"]
-    for (*blocks, key), path in {**loaded.source_files, **loaded.texture_files}.items():
+    files: dict[Any, Path] = {
+        **loaded.source_files, **loaded.texture_files, **loaded.heat_ramps, **loaded.flame_ramps
+    }  # fmt: skip
+    for (*blocks, key), path in files.items():
         block: Any = values
         for name in blocks:
             block = block[name]
@@ -89,11 +95,6 @@ def resolved_yaml(loaded: LoadedRecipe) -> str:
     values["atlas"]["members"] = [_relative(real(member.path), base) for member in loaded.members]
     if loaded.recipe.atlas.layout == "grid" or loaded.recipe.maps != Maps():
         values["atlas"]["dedupe"] = False  # the default in grids and with maps
-    if loaded.ramps:
-        named = (loaded.ramps.get(ramp) or ramp for ramp in loaded.recipe.atlas.ramps)
-        values["atlas"]["ramp"] = [
-            ramp if isinstance(ramp, str) else _relative(ramp, base) for ramp in named
-        ]
     for export in values["exports"]:
         if isinstance(export, dict) and "template" in export:
             export["template"] = _relative(loaded.templates[export["template"]], base)

@@ -322,6 +322,12 @@ def _against_levels(recipe: Recipe) -> Iterator[Problem]:
         yield Problem(
             levels, "are built for one side of the fire; remove views.count, or give one wind.level"
         )
+    if recipe.composite.listed_ramps:
+        yield Problem(
+            ("composite", "ramp"),
+            "several ramps are animations of their own, while wind.levels are one fire's; name one "
+            "ramp, not in a list",
+        )
     if recipe.timeline.loop == "none":
         yield Problem(
             levels, "are loops that a game changes between; remove loop: none of the timeline"

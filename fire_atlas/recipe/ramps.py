@@ -4,6 +4,7 @@ from pathlib import Path
 
 from fire_atlas.core.errors import SourceError
 from fire_atlas.recipe.located import located
+from fire_atlas.recipe.problem import KeyPath
 from fire_atlas.recipe.tree import RecipeTree
 
 LEARNT = "learnt"
@@ -12,32 +13,40 @@ LEARNT = "learnt"
 READY_RAMPS = ("campfire", "gas", "copper", "poison", "soul", "frost", "blackbody")
 """The ramps that the tool brings along."""
 
-_RAMP = ("atlas", "ramp")
+HEAT_RAMP, FLAME_RAMP = ("atlas", "ramp"), ("composite", "ramp")
+"""The keys that name ramps: those of pages of heat, and those of the flame in pages of colours."""
+
+_WORDS = {HEAT_RAMP: f"; {LEARNT}: the clip's own", FLAME_RAMP: "; none: the fire's own colours"}
+"""What else each key may say, for the user."""
 
 
-def ramp_files(tree: RecipeTree) -> dict[str, Path]:
-    """Return the absolute path of each image in ``atlas.ramp``, by its path in the recipe."""
-    value = tree.value(_RAMP)
-    listed = value if isinstance(value, list) else [value]
-    found = {}
-    for i, name in enumerate(listed):
-        if isinstance(name, str) and name != LEARNT and name not in READY_RAMPS:
-            found[name] = tree.file_at((*_RAMP, i) if isinstance(value, list) else _RAMP, name)
-    return found
+def ramp_files(tree: RecipeTree, key: tuple[str, str]) -> dict[KeyPath, Path]:
+    """Return the absolute path of each image that ``key`` names, by its key in the recipe."""
+    value = tree.value(key)
+    listed = (
+        {(*key, i): name for i, name in enumerate(value)}
+        if isinstance(value, list)
+        else {key: value}
+    )
+    return {
+        where: tree.file_at(where, name)
+        for where, name in listed.items()
+        if isinstance(name, str) and name not in (LEARNT, "none", *READY_RAMPS) and name[:1] != "#"
+    }
 
 
-def existing_ramps(tree: RecipeTree) -> list[Path]:
-    """Return the images in ``atlas.ramp``, in order.
+def existing_ramps(tree: RecipeTree, key: tuple[str, str]) -> list[Path]:
+    """Return the images that ``key`` names, in order.
 
     Raises:
         SourceError: One does not exist.
     """
-    found = ramp_files(tree)
-    for name, path in found.items():
-        with located(tree, _RAMP):
+    found = ramp_files(tree, key)
+    for where, path in found.items():
+        with located(tree, where):
             if not path.is_file():
                 raise SourceError(
-                    f"{name} is neither a ready ramp ({', '.join(READY_RAMPS)}; "
-                    f"{LEARNT}: the clip's own) nor an image: there is no {path}"
+                    f"is neither a ready ramp ({', '.join(READY_RAMPS)}{_WORDS[key]}) nor an "
+                    f"image: there is no {path}"
                 )
     return list(dict.fromkeys(found.values()))

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.core.clip import Clip
+from fire_atlas.core.clip import Clip, cached
 from fire_atlas.core.fire_in_wind import FireInWind, WindChange, change_shares
 from fire_atlas.core.pixels import Pixels
 from fire_atlas.generators.rendering import rendered_clip
@@ -55,7 +55,7 @@ def open_silk(
     ]
     seen = [SilkView(renderer, camera, _luminance_matte(context)) for camera in cameras]
     inputs = footage.inputs if footage else ()
-    return [rendered_clip(view, generation, context.blend_space, inputs) for view in seen]
+    return [_clip(view, generation, inputs, context) for view in seen]
 
 
 def open_silk_in_wind(
@@ -75,7 +75,7 @@ def open_silk_in_wind(
         for wind_settings in winds
     ]
     loops = tuple(
-        rendered_clip(view, wind_settings, context.blend_space, inputs)
+        _clip(view, wind_settings, inputs, context)
         for view, wind_settings in zip(views, winds, strict=True)
     )
 
@@ -83,6 +83,17 @@ def open_silk_in_wind(
         return _change(loops[before], views[before], views[after], start, change_shares(progress))
 
     return FireInWind(loops, change)
+
+
+def _clip(
+    view: SilkView,
+    generation: GenerationSettings,
+    inputs: tuple[Path, ...],
+    context: OpeningContext,
+) -> Clip:
+    """Return the clip of a view, which knows what stands in its fire."""
+    clip = rendered_clip(view, generation, context.blend_space, inputs)
+    return replace(clip, solids=cached(view.solids, range(clip.count)))
 
 
 def _change(
@@ -104,6 +115,7 @@ def _change(
         loop,
         count=count,
         picture=lambda k: view().frame((start + 1 + k) % frames),
+        solids=lambda k: view().solids((start + 1 + k) % frames),
         loop=False,
         flow=None,
     )

@@ -18,7 +18,7 @@ from fire_atlas.formats.atlas.texture_packer import read_atlas
 from fire_atlas.heat.encode import heat_of
 from fire_atlas.heat.learn import bins_of, learn_ramp, merged
 from fire_atlas.heat.ramp import MAX_STEP, luminance_of
-from fire_atlas.heat.ready import ready_ramp
+from fire_atlas.heat.ready import ramp_of_light, ready_light
 from fire_atlas.preview.cut_frames import cut_frames
 from fire_atlas.recipe.ramps import READY_RAMPS
 
@@ -53,7 +53,7 @@ def assert_is_ramp(ramp: Bytes, alpha: str, blend_space: str) -> None:
 @pytest.mark.parametrize("alpha", ["premultiplied", "additive"])
 @pytest.mark.parametrize("name", READY_RAMPS)
 def test_ready_ramps_never_jump_nor_darken(name: str, alpha: Any, blend_space: Any) -> None:
-    ramp = ready_ramp(name, alpha, blend_space)
+    ramp = ramp_of_light(ready_light(name), alpha, blend_space)
     assert_is_ramp(ramp, alpha, blend_space)
     assert ramp[-1, :3].max() > 200
 

@@ -59,7 +59,7 @@ def tracks_of(folder: Path, recipe: str) -> Mapping[str, Tracks]:
         (part,) = load_checked(read_tree(path)).parts
         clips = open_input(part, context)
         assert not isinstance(clips, Sprites | FireInWind)
-        found = animate_views(part.recipe, clips, (), context).animations
+        found = animate_views(part.recipe, clips, (), {}, context).animations
     return {name: each.tracks for name, each in found.items() if each.tracks is not None}
 
 

@@ -86,6 +86,23 @@ class SilkFrame:
 
 
 @dataclass(frozen=True, slots=True)
+class _SeenLight:
+    """What a camera sees, with ``_SUPERSAMPLING`` samples per pixel, before it is exposed.
+
+    Attributes:
+        flame: (h, w, 3) light of the flames.
+        solid: (h, w, 3) light of what stands in them, as it is seen through them.
+        glow: (h, w, 3) light of the flames that hazy air scatters.
+        coverage: (h, w) 0..1, of what stands in them.
+    """
+
+    flame: NDArray[np.float32]
+    solid: NDArray[np.float32]
+    glow: NDArray[np.float32]
+    coverage: Plane
+
+
+@dataclass(frozen=True, slots=True)
 class _FlameFragments:
     """Samples of a picture in which a sheet is seen.
 
@@ -126,6 +143,32 @@ class SilkRenderer:
 
     def draw(self, i: int, camera: Camera) -> SilkFrame:
         """Draw frame ``i`` as seen by ``camera``. In a loop, frame ``frames`` equals frame 0."""
+        seen = self._seen(i, camera)
+        light = seen.flame + seen.solid + seen.glow
+        coverage = _averaged(seen.coverage, camera)
+        shown = expose(_averaged(light, camera))
+        # At an edge samples are exposed one by one, or a bright one would hide its neighbours.
+        edge = (coverage > 0) & (coverage < 1)
+        if edge.any():
+            shown[edge] = _averaged(expose(light), camera)[edge]
+        return SilkFrame(shown, coverage)
+
+    def solids(self, i: int, camera: Camera) -> SilkFrame:
+        """Draw what stands in the fire in frame ``i``, in the flames' light and seen through them,
+        and the glow of hazy air before it, but not the flames before it."""
+        if not any(body.visible for body in self.scene.intruders):
+            bare = np.zeros((camera.height, camera.width), np.float32)
+            return SilkFrame(np.repeat(bare[..., None], 3, axis=2), bare)
+        seen = self._seen(i, camera)
+        light = expose(seen.solid + seen.glow) * seen.coverage[..., None]
+        coverage = _averaged(seen.coverage, camera)
+        shown = _averaged(light, camera)
+        whole = coverage >= 1
+        shown[whole] = expose(_averaged(seen.solid + seen.glow, camera))[whole]
+        return SilkFrame(shown, coverage)
+
+    def _seen(self, i: int, camera: Camera) -> _SeenLight:
+        """Return what ``camera`` sees of the flames and of what stands in them in frame ``i``."""
         width, height = camera.width * _SUPERSAMPLING, camera.height * _SUPERSAMPLING
         time = i / self.scene.fps
         intruders = draw_intruders(
@@ -142,21 +185,15 @@ class SilkRenderer:
             flame = self._flame(i, sheets, camera, intruders) if n else first
             passed = medium.transmittance(flame.pixel, flame.depth, flame.thickness, flame.dimming)
             light += raster.accumulate(flame.pixel, flame.light * passed, width, height)
-        glow = scattered(light, camera.scale * _SUPERSAMPLING, self.glow) if self.glow else 0
+        glow = np.zeros_like(light)
+        if self.glow:
+            glow = scattered(light, camera.scale * _SUPERSAMPLING, self.glow)
         if intruders.is_empty:
-            bare = np.zeros((camera.height, camera.width), np.float32)
-            return SilkFrame(expose(_averaged(light + glow, camera)), bare)
+            return _SeenLight(light, np.zeros_like(light), glow, np.zeros_like(light[..., 0]))
         total = light.sum(axis=(0, 1), dtype=np.float64) / (camera.scale * _SUPERSAMPLING) ** 2
         lights = [(total * share, place) for share, place in self._fires(i, camera)]
-        reflected = intruders.lit_by(lights)
-        light += reflected * np.exp(-medium.thickness).astype(np.float32).reshape(height, width, 1)
-        light += glow
-        coverage = _averaged(intruders.coverage, camera)
-        shown = expose(_averaged(light, camera))
-        # At an edge samples are exposed one by one, or a bright one would hide its neighbours.
-        edge = (coverage > 0) & (coverage < 1)
-        shown[edge] = _averaged(expose(light), camera)[edge]
-        return SilkFrame(shown, coverage)
+        passed = np.exp(-medium.thickness).astype(np.float32).reshape(height, width, 1)
+        return _SeenLight(light, intruders.lit_by(lights) * passed, glow, intruders.coverage)
 
     def smoke(self, i: int, camera: Camera) -> Plane:
         """Return the share of light (height, width), 0..1, that soot keeps back in frame ``i``: of
@@ -440,6 +477,11 @@ class SilkView:
     def smoke(self, index: int) -> Plane:
         """Return the share of light (height, width), 0..1, that soot keeps back in a frame."""
         return self.renderer.smoke(index, self.camera)
+
+    def solids(self, index: int) -> Pixels:
+        """Return the light and coverage (height, width, 4) of what stands in the fire."""
+        solid = self.renderer.solids(index, self.camera)
+        return np.dstack([solid.light, solid.coverage])
 
 
 def generate_silk(

@@ -1,6 +1,6 @@
 """Animate a clip: the fire-flake effect of Kim & Lee, section III, with all its steps."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +12,7 @@ from fire_atlas.core.pixels import Pixels
 from fire_atlas.effect.field.wind import wind_in_view
 from fire_atlas.effect.flakes.tracks import Tracks, visible_count
 from fire_atlas.effect.flame.study import FlameStudy
+from fire_atlas.heat.ready import RampLight
 from fire_atlas.maps.maker import AnimationParts
 from fire_atlas.pipeline.animation.analyse import analyse
 from fire_atlas.pipeline.animation.classify import classify
@@ -56,23 +57,47 @@ class PreparedView:
 
 
 def animate_views(
-    recipe: Recipe, clips: Mapping[str, Clip], cells: Sequence[Pixels], context: BuildContext
+    recipe: Recipe,
+    clips: Mapping[str, Clip],
+    cells: Sequence[Pixels],
+    ramps: Mapping[str, RampLight],
+    context: BuildContext,
 ) -> Contribution:
     """Animate ``clips``, by name: views of one fire from evenly spaced directions.
 
     The first view decides the class of the fire, so that all sides shed alike. ``cells`` are those
-    of the flakes' texture, which all views share.
+    of the flakes' texture, which all views share. The flakes fly once for all ``ramps``, which are
+    as from ``open_ramps``.
     """
-    texture, flight, animations = None, None, dict[str, FinishedAnimation]()
+    texture, flight, drawn = None, None, dict[tuple[str, str], FinishedAnimation]()
     for view in prepared_views(recipe, clips, context):
         texture = texture or prepared_texture(view.recipe, view.clip, cells, context)
         if flight is None and flies_in_depth(view.recipe, view.clip):
             flight = fly_in_depth(view.recipe, view.clip, view.study, clips.values(), context)
         simulated = add_flakes(view, flight, texture, context)
-        animations[view.name] = finish(view.recipe, simulated, context)
+        for ramp, coloured in in_ramps(simulated, ramps, context):
+            drawn[ramp, view.name] = finish(view.recipe, coloured, context)
+    animations = {
+        _title(ramp, name, clips): drawn[ramp, name] for ramp in ramps or ("",) for name in clips
+    }
     statistics = {name: each.all_statistics() for name, each in animations.items()}
     figures = statistics.popitem()[1] if len(animations) == 1 else {"animations": statistics}
     return Contribution(recipe.name, animations, figures, texture=texture)
+
+
+def _title(ramp: str, view: str, views: Collection[str]) -> str:
+    """Return the name of the animation of a view in a ramp."""
+    return ramp if ramp and len(views) == 1 else f"{ramp}/{view}" if ramp else view
+
+
+def in_ramps(
+    simulated: SimulatedClip, ramps: Mapping[str, RampLight], context: BuildContext
+) -> Iterator[tuple[str, SimulatedClip]]:
+    """Yield a clip in the colours of each ramp, by its name; in its own if there is none."""
+    if not ramps:
+        yield "", simulated
+    for name, ramp in ramps.items():
+        yield name, simulated.in_ramp(ramp, context)
 
 
 def prepared_texture(

@@ -1,6 +1,6 @@
 """Animate one fire in several winds, and the transitions in which a game changes between them."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from fire_atlas.atlas.sheet import State, StateGraph, StateTransition
@@ -8,10 +8,12 @@ from fire_atlas.core.context import BuildContext
 from fire_atlas.core.fire_in_wind import FireInWind
 from fire_atlas.core.pixels import Pixels, as_plane
 from fire_atlas.effect.flakes.cross_fade import cross_faded
+from fire_atlas.heat.ready import RampLight
 from fire_atlas.pipeline.animation.animate import (
     PreparedView,
     add_flakes,
     finish,
+    in_ramps,
     prepared_texture,
 )
 from fire_atlas.pipeline.animation.classify import classify
@@ -25,11 +27,16 @@ from fire_atlas.timeline.wind_change import MAX_STEP, ChosenChange, change_frame
 
 
 def animate_in_wind(
-    recipe: Recipe, fire: FireInWind, cells: Sequence[Pixels], context: BuildContext
+    recipe: Recipe,
+    fire: FireInWind,
+    cells: Sequence[Pixels],
+    ramps: Mapping[str, RampLight],
+    context: BuildContext,
 ) -> Contribution:
     """Animate a fire in each of the winds of ``wind.levels``, and the changes between neighbours.
 
-    Its foot stays in place when the wind changes. ``cells`` are those of the flakes' texture.
+    Its foot stays in place when the wind changes. ``cells`` are those of the flakes' texture,
+    ``ramps`` the colours of the fire, one at most.
     """
     with context.timer.measure("study"):
         changes = choose_changes(fire, context.workers)
@@ -40,7 +47,11 @@ def animate_in_wind(
     simulated = {view.name: loop for view, loop in zip(views, loops, strict=True)}
     simulated |= {_transition(each): _changing(loops, each) for each in changes}
     _note_large_steps(changes, context)
-    animations = {name: finish(recipe, each, context) for name, each in simulated.items()}
+    animations = {
+        name: finish(recipe, coloured, context)
+        for name, clip in simulated.items()
+        for _, coloured in in_ramps(clip, ramps, context)
+    }
     statistics = {name: each.all_statistics() for name, each in animations.items()}
     states = _states([view.recipe.wind.level for view in views], changes)
     return Contribution(recipe.name, animations, {"animations": statistics}, states, texture)

@@ -6,6 +6,7 @@ from fire_atlas.core.clip import Clip
 from fire_atlas.core.context import BuildContext
 from fire_atlas.core.fire_in_wind import FireInWind
 from fire_atlas.core.pixels import Pixels
+from fire_atlas.heat.ready import RampLight
 from fire_atlas.pipeline.animation.animate import PreparedView, animate_views, prepared_views
 from fire_atlas.pipeline.animation.contribution import Contribution, animation_title
 from fire_atlas.pipeline.input.open import Opened
@@ -13,15 +14,20 @@ from fire_atlas.recipe.models import Recipe
 
 
 def contribute(
-    recipe: Recipe, opened: Opened, cells: Sequence[Pixels], context: BuildContext
+    recipe: Recipe,
+    opened: Opened,
+    cells: Sequence[Pixels],
+    ramps: Mapping[str, RampLight],
+    context: BuildContext,
 ) -> Contribution:
-    """Return the finished animations of a recipe; ``cells`` are those of its flakes' texture."""
+    """Return the finished animations of a recipe; ``cells`` are those of its flakes' texture,
+    ``ramps`` the colours of its fire, as from ``open_ramps``."""
     if isinstance(opened, Mapping):
-        return animate_views(recipe, opened, cells, context)
+        return animate_views(recipe, opened, cells, ramps, context)
     if isinstance(opened, FireInWind):
         from fire_atlas.pipeline.animation.change_wind import animate_in_wind
 
-        return animate_in_wind(recipe, opened, cells, context)
+        return animate_in_wind(recipe, opened, cells, ramps, context)
     from fire_atlas.pipeline.animation.pack_only import pack_only
 
     return pack_only(recipe, opened, context)

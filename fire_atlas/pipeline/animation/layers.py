@@ -3,12 +3,14 @@
 from dataclasses import dataclass, replace
 from functools import cache
 from threading import Lock
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.atlas.encode import BlendSpace, encode_frame, is_page_ready
 from fire_atlas.core.clip import Clip, FrontSurface, depth_of
+from fire_atlas.core.context import BuildContext
 from fire_atlas.core.picture import Picture, as_light
 from fire_atlas.core.pixels import LIGHT_STEPS, Pixels, Plane, as_steps, expose
 from fire_atlas.effect.composition.blur import blur_along
@@ -19,7 +21,9 @@ from fire_atlas.effect.flakes.layer import FlakeLight
 from fire_atlas.effect.flakes.texture import TextureCells
 from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.effect.flame.study import FlameStudy
+from fire_atlas.heat.ready import RampLight
 from fire_atlas.pipeline.animation.analyse import Analysis
+from fire_atlas.pipeline.animation.recolour import Recolouring
 from fire_atlas.recipe.effect import Flakes, MotionBlur
 from fire_atlas.recipe.models import Recipe
 
@@ -37,6 +41,7 @@ class SimulatedClip:
         analysis: Spawns and field; None if the recipe has no effect.
         tracks: Flakes; None if there are none.
         texture: What flakes are drawn with; None for streaks and squares.
+        recolouring: The colours that its flame gets; None for its own.
     """
 
     clip: Clip
@@ -44,6 +49,14 @@ class SimulatedClip:
     analysis: Analysis | None
     tracks: Tracks | None
     texture: TextureCells | None = None
+    recolouring: Recolouring | None = None
+
+    def in_ramp(self, ramp: RampLight, context: BuildContext) -> Self:
+        """Return the clip with flame and flakes in the colours of a ramp."""
+        background = self.study.segmentation.background
+        colours = Recolouring.of(self.clip, background, ramp, context)
+        tracks = None if self.tracks is None else colours.tracks(self.tracks)
+        return replace(self, tracks=tracks, recolouring=colours)
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,11 +64,11 @@ class Layers:
     """A frame before its layers are composed.
 
     Attributes:
-        flame: (H, W, 4), as from ``Clip.picture``; blurred if the recipe has motion blur. Without
-            the smoke, if that is a layer of its own.
+        flame: (H, W, 4), as from ``Clip.picture``; blurred if the recipe has motion blur, in the
+            colours of a ramp if it names one. Without the smoke, if that is a layer of its own.
         flakes: Their light on black, before it is exposed; None if not needed.
         bakes: Whether flakes are drawn into the page.
-        picture: The flame with its smoke, as it moves.
+        picture: The flame with its smoke in its own colours, as it moves.
         smoke: The smoke under the flame; None if it is not apart.
         form: The form of the fire; None if it is not written.
     """
@@ -73,6 +86,9 @@ def layers_of(i: int, simulated: SimulatedClip, recipe: Recipe) -> Layers:
     clip, tracks, flakes = simulated.clip, simulated.tracks, recipe.flakes
     smoke = clip.smoke(i) if clip.smoke is not None and recipe.maps.smoke else None
     layers = flame_layers(flame_of(i, clip.picture(i), simulated, recipe), recipe, smoke)
+    if simulated.recolouring is not None:
+        coloured = simulated.recolouring.flame(i, layers.flame, recipe.atlas)
+        layers = replace(layers, flame=coloured)
     if recipe.maps.normals or recipe.maps.depth:
         layers = replace(layers, form=depth_of(clip).front_surface(i))
     is_needed = recipe.bakes_flakes or recipe.maps.flakes

@@ -71,6 +71,8 @@ def render(simulated: SimulatedClip, recipe: Recipe, context: BuildContext) -> l
     background = simulated.study.segmentation.background
     if recipe.composite.palette == "clip" and simulated.tracks is not None:
         palette = clip_palette(clip, context.workers)
+        if simulated.recolouring is not None:
+            palette = simulated.recolouring.palette(palette)
     frames = render_each(
         lambda i: render_frame(layers_of(i, simulated, recipe), recipe, palette, background),
         range(clip.count),
@@ -152,8 +154,10 @@ def _light_of(layers: Layers, recipe: Recipe, background: Background | None) -> 
     """Return the light of a frame as shown; in an opaque scene, only that of flame and flakes."""
     flame = as_light(layers.flame)
     if background is not None:
-        bright = brightness(flame, recipe.atlas.blend_space)
-        flame = flame * background.foreground(bright, flame)[..., None]
+        # In its own colours: a flame in those of a ramp may be of no fire's.
+        own = flame if layers.picture is None else as_light(layers.picture)
+        bright = brightness(own, recipe.atlas.blend_space)
+        flame = flame * background.foreground(bright, own)[..., None]
     if layers.flakes is not None and layers.bakes:
         flame = exposed_together(flame[..., :3], layers.flakes.rgb())
     return FrameLight.of(flame)

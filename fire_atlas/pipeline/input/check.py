@@ -5,6 +5,7 @@ states its limits in a module ``limits`` that imports nothing heavy; all are che
 """
 
 from collections.abc import Iterator
+from itertools import chain
 from typing import NewType
 
 from fire_atlas.core.errors import OutputError
@@ -16,12 +17,12 @@ from fire_atlas.formats.problems import (
     movie_limits,
     page_limits,
 )
-from fire_atlas.heat.problems import heat_problems
+from fire_atlas.heat.problems import flame_ramp_problems, heat_problems
 from fire_atlas.maps.kinds import map_problems, maps_without_source
 from fire_atlas.recipe.load import LoadedRecipe, load_tree
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.output import exports_called
-from fire_atlas.recipe.problem import Problem
+from fire_atlas.recipe.problem import Problem, dotted
 from fire_atlas.recipe.source import SpritesSource
 from fire_atlas.recipe.tree import MEMBERS, RecipeTree
 from fire_atlas.recipe.validate import refusal
@@ -42,7 +43,8 @@ def load_checked(tree: RecipeTree) -> CheckedRecipe:
         OutputError: It needs an optional package that is not installed.
     """
     loaded = load_tree(tree)
-    problems = [*_problems(loaded.recipe), *_members_in_wind(loaded), *_sources_of_maps(loaded)]
+    of_members = _members_in_wind(loaded), _sources_of_maps(loaded), _ramps_of_members(loaded)
+    problems = [*_problems(loaded.recipe), *chain.from_iterable(of_members)]
     problems += _sprites_on_pages(loaded)
     if problems:
         raise refusal(tree, problems)
@@ -96,6 +98,13 @@ def _sprites_on_pages(loaded: LoadedRecipe) -> Iterator[Problem]:
             f"aseprite numbers its frames, so that the names of the sprites of {name} were lost; "
             f"use json or phaser",
         )
+
+
+def _ramps_of_members(loaded: LoadedRecipe) -> Iterator[Problem]:
+    """Yield a problem for each member in a ramp's colours, where pages store heat."""
+    for i, member in enumerate(loaded.members):
+        for problem in flame_ramp_problems(member.recipe):
+            yield Problem((*MEMBERS, i), f"{dotted(problem.path)}: {problem.message}")
 
 
 def _problems(recipe: Recipe) -> Iterator[Problem]:

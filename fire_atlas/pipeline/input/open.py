@@ -13,13 +13,16 @@ from fire_atlas.core.workers import Workers
 from fire_atlas.outputs.dependencies import inputs_of, recipe_files
 from fire_atlas.outputs.digest import HashedFile
 from fire_atlas.outputs.staging import Staging
+from fire_atlas.recipe.effect import RampHue
 from fire_atlas.recipe.load import LoadedRecipe
 from fire_atlas.recipe.located import located
 from fire_atlas.recipe.problem import KeyPath
+from fire_atlas.recipe.ramps import FLAME_RAMP
 from fire_atlas.recipe.source import FramesSource, SpritesSource
 from fire_atlas.sources.registry import open_source, open_source_in_wind
 
 if TYPE_CHECKING:
+    from fire_atlas.heat.ready import RampLight
     from fire_atlas.sources.sprites import Sprites
 
 Opened: TypeAlias = "Mapping[str, Clip] | FireInWind | Sprites"
@@ -71,6 +74,36 @@ def open_texture(loaded: LoadedRecipe, context: BuildContext) -> list[Pixels]:
     with located(loaded.tree, key):
         space = loaded.recipe.atlas.blend_space
         return read_cells(flakes.own_texture, path, space, context.max_pixels)
+
+
+def open_ramps(loaded: LoadedRecipe, context: BuildContext) -> "dict[str, RampLight]":
+    """Return the colours that a recipe gives its fire, by the names of their animations: one
+    without a name if it states one ramp; none if the fire keeps its own.
+
+    Raises:
+        SourceError: An image of a ramp cannot be read.
+    """
+    composite, space = loaded.recipe.composite, loaded.recipe.atlas.blend_space
+    if not composite.ramps:
+        return {}
+    from fire_atlas.atlas.sheet import RAMP_WIDTH
+    from fire_atlas.heat.ready import colours_light, hue_light, ready_light
+    from fire_atlas.sources.ramp_image import read_ramp
+
+    lights: dict[str, RampLight] = {}
+    for place, (name, ramp) in enumerate(composite.ramps.items()):
+        key = (*FLAME_RAMP, place) if composite.listed_ramps else FLAME_RAMP
+        if isinstance(ramp, RampHue):
+            lights[name] = hue_light(ramp.hue)
+        elif isinstance(ramp, tuple):
+            lights[name] = colours_light(ramp)
+        elif key not in loaded.flame_ramps:
+            lights[name] = ready_light(ramp)
+        else:
+            with located(loaded.tree, key):
+                path = loaded.flame_ramps[key]
+                lights[name] = read_ramp(path, RAMP_WIDTH, space, context.max_pixels)
+    return lights
 
 
 def _is_one_picture(loaded: LoadedRecipe, clip: Clip) -> bool:
@@ -136,7 +169,9 @@ def check_inputs(
     Raises:
         SourceError: Files were added to sources or removed.
     """
-    files = [*opened, *dict.fromkeys(loaded.ramps.values()), *loaded.templates.values()]
+    ramps = loaded.heat_ramps, *(part.flame_ramps for part in loaded.parts)
+    images = dict.fromkeys(path for found in ramps for path in found.values())
+    files = [*opened, *images, *loaded.templates.values()]
     expected = [file.path for file in hashed]
     if files != expected:
         other = next(iter(set(files).symmetric_difference(expected)), loaded.path)

@@ -12,12 +12,18 @@ from fire_atlas.core.errors import OutputError, about
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.heat.encode import SEEN_BELOW, ErrorSums, HeatError, error_sums, heat_of
 from fire_atlas.heat.learn import Bins, bins_of, learn_ramp, merged
-from fire_atlas.heat.ready import ramp_of_light, ready_ramp
+from fire_atlas.heat.ready import ramp_of_light, ready_light
+from fire_atlas.heat.recolour import OwnColours, keeping, shown_of_bytes
 from fire_atlas.pipeline.animation.contribution import FinishedAnimation
 from fire_atlas.pipeline.animation.render import RenderedFrame
 from fire_atlas.recipe.load import LoadedRecipe
-from fire_atlas.recipe.ramps import LEARNT
+from fire_atlas.recipe.output import Atlas
+from fire_atlas.recipe.ramps import HEAT_RAMP, LEARNT
 from fire_atlas.sources.ramp_image import read_ramp
+from fire_atlas.vision.sampling import evenly_spread
+
+_SAMPLES = 8
+"""Number of frames by which the flames' own colours are measured."""
 
 _MOST_OFF_RAMP = 0.02
 """Share of an animation's light from which embers of other colours than the ramp's are missed."""
@@ -77,7 +83,8 @@ def in_heat(
         made, errors = _all_in_heat(animations, learnt, context)
     if atlas.pixels == "heat4":
         made = {name: _with_shared_sprites(name, each) for name, each in made.items()}
-    ramps = np.stack([_ramp(name, learnt, loaded, context) for name in atlas.ramps])
+    own = _own_colours(animations, atlas)
+    ramps = np.stack([_ramp(i, learnt, own, loaded, context) for i in range(len(atlas.ramps))])
     description = Heat(atlas.pixels, f"{loaded.recipe.name}.ramp.png", atlas.ramps)
     return made, HeatPages(description, ramps, errors)
 
@@ -114,16 +121,32 @@ def _counted(parts: Iterable[Bins], context: BuildContext) -> Iterator[Bins]:
         yield part
 
 
-def _ramp(name: str, learnt: Bytes, loaded: LoadedRecipe, context: BuildContext) -> Bytes:
-    """Return a ramp that a recipe names, (256, 4)."""
+def _own_colours(animations: Mapping[str, FinishedAnimation], atlas: Atlas) -> OwnColours:
+    """Measure the colours of all flames, by which what is no flame keeps its own."""
+    images = [frame.sprites[0].image for each in animations.values() for frame in each.frames]
+    few = (images[i] for i in evenly_spread(0, len(images) - 1, _SAMPLES))
+    parts = [shown_of_bytes(image, atlas.alpha, atlas.blend_space) for image in few]
+    is_matted = atlas.alpha != "additive"
+    return OwnColours.of(np.concatenate(parts), atlas.blend_space, is_matted=is_matted)
+
+
+def _ramp(
+    place: int, learnt: Bytes, own: OwnColours, loaded: LoadedRecipe, context: BuildContext
+) -> Bytes:
+    """Return the ramp that a recipe names at a place of its list, (256, 4), with the ``learnt``
+    colours of what is no flame."""
     atlas = loaded.recipe.atlas
+    name, key = atlas.ramps[place], HEAT_RAMP
     if name == LEARNT:
         return learnt
-    if name not in loaded.ramps:
-        return ready_ramp(name, atlas.alpha, atlas.blend_space)
-    with about(("atlas", "ramp")):
-        light = read_ramp(loaded.ramps[name], RAMP_WIDTH, atlas.blend_space, context.max_pixels)
-    return ramp_of_light(light, atlas.alpha, atlas.blend_space)
+    path = loaded.heat_ramps.get((*key, place)) or loaded.heat_ramps.get(key)
+    if path is None:
+        light = ready_light(name)
+    else:
+        with about(key):
+            light = read_ramp(path, RAMP_WIDTH, atlas.blend_space, context.max_pixels)
+    ramp = ramp_of_light(light, atlas.alpha, atlas.blend_space)
+    return keeping(ramp, learnt, own, atlas.alpha, atlas.blend_space)
 
 
 def _frames_in_heat(
