@@ -5,7 +5,7 @@ import os
 import re
 import textwrap
 from argparse import Namespace
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -72,13 +72,17 @@ def _recipe_for(path: Path, args: Namespace) -> dict[Path, bytes]:
     target = args.folder / f"{nearest_name(stem or folder.name)}.yaml"
     source = Path(os.path.relpath(_sequence_of(path), args.folder)).as_posix()
     from fire_atlas.core.context import BuildOptions
-    from fire_atlas.pipeline.propose import propose
+    from fire_atlas.pipeline.propose import holds_sprites, propose, propose_sprites
 
-    proposal = propose(target, source, BuildOptions.of(args.jobs, args.max_pixels))
+    if holds_sprites(path):
+        found, keys = propose_sprites(target, source), _keys_of_sprites(source)
+    else:
+        proposal = propose(target, source, BuildOptions.of(args.jobs, args.max_pixels))
+        found, keys = proposal.found, _keys(source, proposal)
     if not args.quiet:
-        for sentence in proposal.found:
+        for sentence in found:
             print(printable(f"{path}: {sentence}"))
-    return {target: _text(target.name, source, proposal).encode()}
+    return {target: (_head(target.name, found) + keys).encode()}
 
 
 def _sequence_of(path: Path) -> Path:
@@ -90,22 +94,46 @@ def _sequence_of(path: Path) -> Path:
     return pattern if len(locate(pattern).files) > 1 else path
 
 
-def _text(name: str, source: str, proposal: "Proposal") -> str:
-    """Return a recipe with the keys that users change first, set to what a build would choose."""
-    found = [
+def _head(name: str, found: Sequence[str]) -> str:
+    """Return the comments of a recipe, with what was ``found``."""
+    sentences = [
         textwrap.fill(printable(sentence), 98, initial_indent="# - ", subsequent_indent="#   ")
-        for sentence in proposal.found
+        for sentence in found
     ]
-    path = source if re.fullmatch(r"[\w./-]+", source) else json.dumps(source, ensure_ascii=False)
-    rate = f"  fps: {proposal.fps:g}\n" if proposal.assumes_rate else ""
     return (
         f"# yaml-language-server: $schema=recipe.schema.json\n"
         f"# Build it: fire-atlas build {name}\n"
         f"# For help in editors: fire-atlas schema > recipe.schema.json\n"
         f"#\n"
-        f"# What a build finds:\n{chr(10).join(found)}\n"
+        f"# What a build finds:\n{chr(10).join(sentences)}\n"
+    )
+
+
+def _quoted(path: str) -> str:
+    """Return a path as YAML reads it."""
+    return path if re.fullmatch(r"[\w./-]+", path) else json.dumps(path, ensure_ascii=False)
+
+
+def _keys_of_sprites(source: str) -> str:
+    """Return the keys of a recipe for sprites that users change first, at their defaults."""
+    return (
         f"source:\n"
-        f"  path: {path}\n"
+        f"  kind: sprites\n"
+        f"  path: {_quoted(source)}\n"
+        f"  names: path         # hud/close; stem: close; file: hud/close.png\n"
+        f"  animations: auto    # coin_01, coin_02 are coin; none: all stand alone\n"
+        f"atlas:\n"
+        f"  max_size: 4096      # of a page, px\n"
+        f"exports: [json]       # also godot, unity, phaser, css and others\n"
+    )
+
+
+def _keys(source: str, proposal: "Proposal") -> str:
+    """Return the keys that users change first, set to what a build would choose anyway."""
+    rate = f"  fps: {proposal.fps:g}\n" if proposal.assumes_rate else ""
+    return (
+        f"source:\n"
+        f"  path: {_quoted(source)}\n"
         f"{rate}"
         f"  height: {proposal.height:<12}# of a frame, px\n"
         f"timeline:\n"

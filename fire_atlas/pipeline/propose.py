@@ -9,10 +9,16 @@ from fire_atlas.core.progress import SilentProgress, StageTimer
 from fire_atlas.core.workers import Workers
 from fire_atlas.pipeline.animation.classify import classify
 from fire_atlas.pipeline.animation.prepare import prepare
-from fire_atlas.pipeline.input.check import load_checked
+from fire_atlas.pipeline.input.check import CheckedRecipe, load_checked
 from fire_atlas.pipeline.input.open import open_input
 from fire_atlas.recipe.problem import COMMAND_LINE, KeyPath
 from fire_atlas.recipe.tree import RecipeTree
+from fire_atlas.sources.images import read_header
+from fire_atlas.sources.listing import list_sprites
+from fire_atlas.sources.sprite_names import sprites_of
+
+_MAX_NAMES = 12
+"""Limit on the animations that a sentence names."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,9 +52,7 @@ def propose(recipe: Path, source: str, options: BuildOptions) -> Proposal:
     Raises:
         FireAtlasError: The build would fail.
     """
-    places: list[KeyPath] = [(), ("source",), ("source", "path")]
-    origins = dict.fromkeys(places, COMMAND_LINE)
-    loaded = load_checked(RecipeTree(recipe, {"source": {"path": source}}, origins, ()))
+    loaded = _loaded(recipe, {"path": source})
     notes = _Notes()
     with Workers(options.jobs) as workers:
         context = BuildContext(workers, notes, StageTimer(), options.max_pixels)
@@ -68,6 +72,41 @@ def propose(recipe: Path, source: str, options: BuildOptions) -> Proposal:
         assumes_rate=is_numbered,
         flakes=0.0 if flakes == "none" or flakes.rate == "auto" else float(f"{flakes.rate:.3g}"),
     )
+
+
+def holds_sprites(path: Path) -> bool:
+    """Return whether a folder holds pictures for packing alone, not the frames of one clip: of
+    several sizes, or in folders of its own.
+
+    Raises:
+        SourceError: It cannot be searched, or a picture is broken.
+    """
+    if not path.is_dir():
+        return False
+    files = list_sprites([path])
+    sizes = ((header.width, header.height) for header in map(read_header, files))
+    return any(file.parent != path for file in files) or len(set(sizes)) > 1
+
+
+def propose_sprites(recipe: Path, source: str) -> tuple[str, ...]:
+    """Return what a build of ``recipe``, which need not exist, finds among its sprites: a sentence
+    each.
+
+    Raises:
+        FireAtlasError: The build would fail.
+    """
+    names = sprites_of(_loaded(recipe, {"kind": "sprites", "path": source}))
+    played = [f"{name}, {len(frames)} frames" for name, frames in names.animations.items()]
+    more = f" and {len(played) - _MAX_NAMES} more" if len(played) > _MAX_NAMES else ""
+    animations = f"; animations: {'; '.join(played[:_MAX_NAMES])}{more}" if played else ""
+    return (f"{len(names.files)} sprites{animations}", *names.notes)
+
+
+def _loaded(recipe: Path, source: dict[str, str]) -> CheckedRecipe:
+    """Return a recipe, which need not exist, that says nothing but its source."""
+    places: list[KeyPath] = [(), ("source",), *(("source", key) for key in source)]
+    origins = dict.fromkeys(places, COMMAND_LINE)
+    return load_checked(RecipeTree(recipe, {"source": dict(source)}, origins, ()))
 
 
 class _Notes(SilentProgress):

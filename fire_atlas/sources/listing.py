@@ -170,8 +170,8 @@ def _some_stills(paths: Iterable[Path], where: Path) -> tuple[Path, ...]:
     files = tuple(sorted(path for path in paths if path.suffix.lower() in STILLS))
     _refuse_too_many(files)
     if not files:
-        holds = _some([path.name for path in paths])
-        raise SourceError(f"{where}: holds {holds}, but no image; sprites end in {_ENDINGS}")
+        holds = f"{_some([path.name for path in paths])}, but no image" if paths else "nothing"
+        raise SourceError(f"{where}: holds {holds}; sprites end in {_ENDINGS}")
     return files
 
 

@@ -239,6 +239,24 @@ def test_the_recipe_for_an_own_clip_builds_what_its_path_alone_would(
     assert born[0] > 3 and born[0] == pytest.approx(born[1], rel=0.05, abs=1)
 
 
+def test_a_folder_of_pictures_of_many_sizes_gets_a_recipe_for_sprites(
+    elsewhere: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for i, name in enumerate(["hud/close", "hud/open", "coin_1", "coin_2"]):
+        path = elsewhere / "icons" / f"{name}.png"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        Image.new("RGBA", (8 + i, 8), "red").save(path)
+    assert main(["init", "icons"]) == 0
+    said = capsys.readouterr().out
+    assert "icons: 4 sprites; animations: coin, 2 frames\n" in said
+    assert main(["build", "icons.yaml", "-q"]) == 0
+    made = {path.name: path.read_bytes() for path in (elsewhere / "build").iterdir()}
+    (elsewhere / "icons.yaml").write_text("source: {kind: sprites, path: icons}")
+    assert main(["build", "icons.yaml", "-q"]) == 0
+    for name in ("icons.png", "icons.json"):
+        assert (elsewhere / "build" / name).read_bytes() == made[name]
+
+
 def test_a_path_is_told_from_a_preset(
     presets: Path, elsewhere: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -246,7 +264,7 @@ def test_a_path_is_told_from_a_preset(
     assert main(["init", "clip"]) == 0  # the preset, though there is a folder of that name
     assert (elsewhere / "samples" / "clip").is_dir()
     for subject, code, message in [
-        ("./clip", 1, "clip: the folder is empty"),
+        ("./clip", 1, "clip: holds nothing; sprites end in .png"),
         ("fire.mp4", 1, "fire.mp4: does not exist"),
         ("clip.yaml", 2, "clip.yaml: is a recipe already; fire-atlas build clip.yaml builds it"),
     ]:
