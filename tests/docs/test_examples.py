@@ -2,7 +2,6 @@
 
 import os
 import re
-import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -14,6 +13,7 @@ import yaml
 from fire_atlas.cli import main
 from fire_atlas.core.shipped import shipped
 from tests.docs.markdown import PAGES, code_blocks, page_text
+from tests.support.docs_project import made_small, make_project, recipes_named, whole_recipe
 from tests.support.repo import PACKAGE
 
 NOT_RUN = "<!-- not run: "
@@ -24,32 +24,12 @@ pip() { :; }  # the package under test is installed already
 pytest() { :; }  # these tests are being run
 """
 
-INPUTS = {
-    "clips/torch.gif": "torch.gif",
-    "candle.gif": "torch.gif",
-    "clip.gif": "torch.gif",
-    "samples/campfire": "campfire",
-    "sheets/explosion.png": "cartoon_flame.png",
-    "sheets/embers.png": "pixel_flame.png",
-}
-"""Inputs that examples name -> the samples that stand in for them."""
-
-TEMPLATE = "return { {% for f in frames %}{{ f.x }}, {% endfor %} }"
-
-SMALL = "--set source.height=64 --set timeline.frames=6"
-
 
 @pytest.fixture
 def project(tmp_path: Path) -> Path:
     """A folder as a page has it in mind: the clips it names, and ``fire-atlas`` on the path."""
     folder = tmp_path / "project"
-    for name, sample in INPUTS.items():
-        source, target = shipped("samples") / sample, folder / name
-        target.parent.mkdir(parents=True, exist_ok=True)
-        (shutil.copytree if source.is_dir() else shutil.copyfile)(source, target)
-    (folder / "my.j2").write_text(TEMPLATE)
-    (folder / "game").mkdir()
-    (folder / "game/project.godot").write_text("config_version=5\n")
+    make_project(folder)
     command = tmp_path / "bin" / "fire-atlas"
     command.parent.mkdir()
     command.write_text(f'#!/bin/sh\nexec "{sys.executable}" -P -m fire_atlas "$@"\n')
@@ -82,6 +62,8 @@ def runnable_blocks(page: str, language: str) -> Iterator[str]:
 SCRIPTS = [(page, text) for page in PAGES if (text := "\n".join(runnable_blocks(page, "sh")))]
 """Pages, and all their scripts."""
 
+COOKBOOK = page_text("docs/cookbook.md")
+
 RECIPES = [(page, block) for page in PAGES for block in runnable_blocks(page, "yaml")]
 
 
@@ -101,10 +83,10 @@ def test_the_first_page_shows_the_ready_campfire() -> None:
 @pytest.mark.parametrize(("page", "script"), SCRIPTS)
 def test_every_script_of_a_page_runs(page: str, script: str, project: Path) -> None:
     """Blocks of a page run one after the other in one folder that has the recipes they name."""
-    named = re.findall(r"(\w+)\.yaml", script)
     made = re.findall(r"init (\w+)", script)
-    for name in sorted({*named} - {*made}):
-        run(f"fire-atlas init {name}", project)
+    for name in recipes_named(script):
+        if name not in made:
+            run(f"fire-atlas init {name}", project)
     if "recipes/" in script:
         (project / "recipes").mkdir()
         (project / "recipes/fire.yaml").write_text("extends: candle")
@@ -122,10 +104,16 @@ def test_every_recipe_of_a_page_builds(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    """A block that names no source is a part of a recipe for a campfire."""
-    keys = yaml.safe_load(block)
-    if "extends" not in keys:
-        keys = {"source": {"path": "samples/campfire"}, **keys}
+    keys = whole_recipe(yaml.safe_load(block))
     (project / "fire.yaml").write_text(yaml.safe_dump(keys))
     monkeypatch.chdir(project)
-    assert main(["build", "fire.yaml", *SMALL.split()]) == 0, capsys.readouterr().err
+    for name in recipes_named(block):
+        assert main(["init", name]) == 0
+    assert main(["build", "fire.yaml", *made_small(keys, 64, 6)]) == 0, capsys.readouterr().err
+
+
+def test_a_job_of_the_cookbook_takes_six_lines_at_most() -> None:
+    jobs = re.findall(r"^### (.+?)\n\n(.+?)\n```yaml\n(.+?)```", COOKBOOK, re.M | re.S)
+    assert len(jobs) >= 25
+    for title, _, block in jobs:
+        assert len(block.splitlines()) <= 6, title

@@ -1,0 +1,72 @@
+"""A folder as the pages of the docs have it in mind: the clips, sheets and recipes they name."""
+
+import re
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from PIL import Image
+
+from fire_atlas.core.shipped import shipped
+from tests.support.synthetic_fire import write_video
+
+INPUTS = {
+    "clips/torch.gif": "torch.gif",
+    "candle.gif": "torch.gif",
+    "clip.gif": "torch.gif",
+    "samples/campfire": "campfire",
+    "sheets/explosion.png": "cartoon_flame.png",
+    "sheets/embers.png": "pixel_flame.png",
+}
+"""Inputs that examples name -> the samples that stand in for them."""
+
+_ICONS = {"hud/close": 16, "hud/open": 24, "items/coin_01": 32, "items/coin_02": 32}
+"""Sides of square icons, px, by their names."""
+
+TEMPLATE = "return { {% for f in frames %}{{ f.x }}, {% endfor %} }"
+
+
+def make_project(folder: Path) -> None:
+    """Make the folder with all inputs that examples name."""
+    for name, sample in INPUTS.items():
+        source, target = shipped("samples") / sample, folder / name
+        target.parent.mkdir(parents=True, exist_ok=True)
+        (shutil.copytree if source.is_dir() else shutil.copyfile)(source, target)
+    frames = []
+    for path in sorted((folder / "samples/campfire").iterdir()):
+        fire = Image.open(path).convert("RGBA")
+        black = Image.new("RGBA", fire.size, "black")
+        even = (fire.width // 2 * 2, fire.height // 2 * 2)
+        frames.append(np.asarray(Image.alpha_composite(black, fire).resize(even)))
+    write_video(folder / "clips/fire.mp4", frames, "libx264", "yuv420p", {"crf": "12"}, rate=24)
+    for name, side in _ICONS.items():
+        path = folder / "icons" / f"{name}.png"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        y, x = np.mgrid[:side, :side] / side - 0.5
+        inside = np.hypot(x, y) < 0.45
+        colour = np.array([255, 255 - 4 * side, 32, 255]) * inside[..., None]
+        Image.fromarray(colour.astype(np.uint8)).save(path)
+    (folder / "my.j2").write_text(TEMPLATE)
+    (folder / "game").mkdir()
+    (folder / "game/project.godot").write_text("config_version=5\n")
+
+
+def recipes_named(text: str) -> list[str]:
+    """Return the names of the ready recipes that a script or a recipe names as files beside it."""
+    named = set(re.findall(r"(\w+)\.yaml", text))
+    return sorted(name for name in named if (shipped("recipes") / f"{name}.yaml").exists())
+
+
+def whole_recipe(keys: dict[str, Any]) -> dict[str, Any]:
+    """Return a recipe of a page; one that names no source is a part of a recipe for a campfire."""
+    has_source = "extends" in keys or "source" in keys or "members" in keys.get("atlas", {})
+    return keys if has_source else {"source": {"path": "samples/campfire"}, **keys}
+
+
+def made_small(keys: dict[str, Any], height: int, frames: int) -> list[str]:
+    """Return the options of a build of a recipe that make its fire small and short."""
+    kind = keys.get("source", {}).get("kind")
+    if kind == "sprites" or ("source" not in keys and "extends" not in keys):
+        return []
+    return ["--set", f"source.height={height}", "--set", f"timeline.frames={frames}"]
