@@ -73,10 +73,16 @@ def _find_source(part: LoadedRecipe, note: Callable[[str], None]) -> None:
 
 
 def _find_sprites(part: LoadedRecipe, note: Callable[[str], None]) -> None:
-    """Look for sprites and their names, and note what is nearly an animation."""
+    """Look for sprites, their names and the room for their borders, and note what is nearly an
+    animation."""
     key = ("source", "path")
     try:
-        for text in sprites_of(part).notes:
+        names = sprites_of(part)
+        if any(file.sprite.border for file in names.files):
+            from fire_atlas.sources.sprites import check_borders
+
+            check_borders(part, names)
+        for text in names.notes:
             note(text)
     except SourceError as error:
         raise SourceError(f"{part.tree.origin(key).locate(key)}: {error}") from None

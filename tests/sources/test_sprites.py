@@ -156,6 +156,16 @@ def test_consecutive_numbers_from_0_or_1_are_animations(
     assert icons.names() == set(files)
 
 
+def test_what_is_found_is_noted_and_that_there_is_nothing_to_play(icons: Icons) -> None:
+    icons.add("coin_1.png", "coin_2.png", "gem.png")
+    icons.built(movies=["gif"])
+    assert "animations among the sprites: coin (2 frames)" in " ".join(icons.said.split())
+    assert {path.name for path in (icons.folder / "build").glob("*.gif")} == {"ui.coin.gif"}
+    icons.built({"animations": "none"}, movies=["gif"])
+    assert "movies: single sprites have none" in " ".join(icons.said.split())
+    assert not list((icons.folder / "build").glob("*.gif"))
+
+
 def test_a_number_that_lacks_is_noted(icons: Icons) -> None:
     icons.add(*(f"walk_{i}.png" for i in (1, 2, 3, 5)))
     assert icons.animations() == {}
@@ -276,8 +286,9 @@ def test_borders_that_cannot_be_are_refused(icons: Icons) -> None:
         "atlas.rotate", "lies rotated", source={"borders": {"panel": [1, 1, 1, 1]}},
         atlas={"rotate": True},
     )  # fmt: skip
-    assert icons.run("build", {"borders": {"panel": [5, 1, 5, 1]}}, {}) == 2
-    assert "source.borders.panel: is larger than" in " ".join(icons.said.split())
+    icons.refused(
+        "source.borders.panel: is larger than", source={"borders": {"panel": [5, 1, 5, 1]}}
+    )
 
 
 @pytest.mark.parametrize(

@@ -40,6 +40,8 @@ def movie_files(
     """
     if not movies:
         return
+    if not content.animations:
+        context.progress.note("movies: single sprites have none, and there is no animation here")
     from fire_atlas.formats.movies.write import write_movie
 
     regions, shown = iter(sheet.regions), dict[str, Movie]()
