@@ -130,6 +130,19 @@ def test_meshes_are_tight_but_a_nine_patch_is_drawn_whole(
     assert len(frames["hud/open"]["vertices"]) > 4
 
 
+def test_bytes_are_the_same_with_any_number_of_workers(
+    tmp_path: Path, art: dict[str, Bytes]
+) -> None:
+    exports = ["json", "phaser", "css", "tpsheet", "godot", "unity"]
+    out = built(tmp_path, source=SOURCE, exports=exports, atlas={"scales": [1, 0.5]})
+    before = {path.name: path.read_bytes() for path in out.iterdir()}
+    for jobs in ("1", "4"):
+        other = tmp_path / jobs
+        line = ["build", "-q", str(tmp_path / "ui.yaml"), "--jobs", jobs, "-o", str(other)]
+        assert main(line) == 0
+        assert {path.name: path.read_bytes() for path in other.iterdir()} == before
+
+
 def test_a_grid_has_a_cell_for_every_sprite(tmp_path: Path, art: dict[str, Bytes]) -> None:
     out = built(tmp_path, atlas={"layout": "grid"})
     frames = json.loads((out / "ui.json").read_text())["frames"]

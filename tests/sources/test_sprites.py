@@ -107,10 +107,10 @@ def test_names_begin_at_the_folder_of_their_path(
 def test_two_of_one_name_are_refused_and_both_named(icons: Icons) -> None:
     icons.add("hud/close.png", "menu/close.png")
     icons.refused(
-        "art/hud/close.png and", "art/menu/close.png are both called close", "names: path",
+        "art/hud/close.png and", "art/menu/close.png would both be called close", "names: path",
         source={"names": "stem"},
     )  # fmt: skip
-    icons.refused("are both called close", source={"path": ["art/hud", "art/menu"]})
+    icons.refused("would both be called close", source={"path": ["art/hud", "art/menu"]})
     icons.add("hud/close.bmp")
     icons.refused("hud/close.bmp and", "names: file")
     assert icons.names(names="file") == {"hud/close.png", "hud/close.bmp", "menu/close.png"}
@@ -119,7 +119,7 @@ def test_two_of_one_name_are_refused_and_both_named(icons: Icons) -> None:
 def test_names_that_are_one_elsewhere_are_refused(icons: Icons) -> None:
     icons.add("é1.png")
     icons.add("e\u0301" + "1.png")
-    icons.refused("are both called", "on Windows and macOS")
+    icons.refused("would both be called", "on Windows and macOS")
 
 
 @pytest.mark.parametrize("name", ["a;b.png", 'a"b.png', "a\nb.png", "a*/b.png", "a:b.png"])
