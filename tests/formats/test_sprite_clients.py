@@ -115,6 +115,16 @@ def test_names_that_would_meet_are_refused(
     assert words in " ".join(capsys.readouterr().err.split())
 
 
+def test_movies_of_one_name_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for name in ("a/b1", "a/b2", "a.b1", "a.b2"):
+        icon(tmp_path / f"art/{name}.png")
+    (tmp_path / "ui.yaml").write_text(
+        json.dumps({"source": {"kind": "sprites", "path": "art"}, "movies": ["gif"]})
+    )
+    assert main(["build", str(tmp_path / "ui.yaml")]) == 1
+    assert "would be the file of another animation" in " ".join(capsys.readouterr().err.split())
+
+
 def test_meshes_are_tight_but_a_nine_patch_is_drawn_whole(
     tmp_path: Path, art: dict[str, Bytes]
 ) -> None:
