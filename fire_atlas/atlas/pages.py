@@ -74,8 +74,8 @@ def build_sheets(
     keeps_all = settings.layout == "grid" or not (settings.dedupe and shares)
     originals = _firsts_in_place(packed) if keeps_all else _firsts_of_equal(sprites, parts)
     listed = _listed(name, animations)
-    others = [_with_frame_names(each, f"{name}/{each.name}") for each in (*singles, *textures)]
-    names = [frame for each in (*listed, *others) for frame in each.frames]
+    others = [_with_frame_names(still, f"{name}/{still.name}") for still in (*singles, *textures)]
+    names = [frame for named in (*listed, *others) for frame in named.frames]
     _refuse_equal(names)
     _refuse_too_large(names, parts, units)
     if settings.grid is not None:
@@ -85,7 +85,7 @@ def build_sheets(
     tries = THOROUGH if settings.compression == "small" else quick
     packing, cells = _packed(parts, originals, counts, settings, units, tries)
     regions = _regions(names, packed, parts, packing, settings, units.step)
-    played = sum(len(each.frames) for each in listed)
+    played = sum(len(animation.frames) for animation in listed)
     placed = played + len(singles)
     whole = AtlasSheet(
         name=name,
@@ -114,7 +114,7 @@ def _parts(
     margin: int,
 ) -> list[Rect]:
     """Return the part of its frame that each sprite shows; cells of textures stay whole."""
-    parts = [part for each in animations for part in _parts_of(each, trim, unit, margin)]
+    parts = [part for frames in animations for part in _parts_of(frames, trim, unit, margin)]
     return parts + [part for each in textures for part in trim_rects(each.sprites, "none", unit)]
 
 

@@ -119,7 +119,7 @@ class FramesSource(ClipInput):
     """Frames that were drawn, filmed or rendered."""
 
     kind: Literal["frames"] = "frames"
-    """Frames or sprites that exist already."""
+    """Frames that exist already: one clip."""
     animation: str | None = Field(default=None, min_length=1)
     """Which animation, or tag, of an atlas to use, if ``path`` is its JSON. Default: the only one;
     all frames if the JSON names none."""

@@ -259,7 +259,8 @@ def _images_of_folder(folder: Path) -> tuple[Path, ...]:
     if not files:
         raise SourceError(
             f"{folder}: no images in this folder (it holds {_some(names)}); frames end in "
-            f"{_ENDINGS}; to use a video or an animation, give that file as path"
+            f"{_ENDINGS}; to use a video or an animation, give that file as path, and to pack all "
+            f"images in folders below this one, kind: sprites"
         )
     return files
 

@@ -105,7 +105,7 @@ def sequence_notes(paths: Sequence[Path], used: slice) -> tuple[str, ...]:
     counts = Counter(image.name for image in numbered)
     several = [name for name, count in counts.items() if count > 1]
     if len(several) > 1:
-        firsts = [next(each.path.name for each in numbered if each.name == name)
+        firsts = [next(image.path.name for image in numbered if image.name == name)
                   for name in several[:2]]  # fmt: skip
         return (
             f"{' and '.join(firsts)} begin sequences of different names, which play as one clip: "

@@ -94,15 +94,14 @@ def sprites_of(loaded: LoadedRecipe) -> SpriteList:
 
 def _listed(source: SpritesSource, paths: Iterable[Path], recipe: str) -> SpriteList:
     """Return the sprites at ``paths``; an animation of mere numbers is called as the recipe."""
-    named, taken = dict[str, Path](), dict[str, Path]()
+    named, spelt = dict[str, Path](), dict[str, str]()
     for located in map(locate_sprites, paths):
         for file in located.files:
             name = _name(file.relative_to(located.base), source.names)
-            other = taken.setdefault(as_file_name(name), file)
-            if other != file:
-                raise SourceError(_two(other, file, name, source.names))
             _refuse_unportable(file, name)
-            named[name] = file
+            other = spelt.setdefault(as_file_name(name), name)
+            if named.setdefault(other, file) != file:
+                raise SourceError(_two(named[other], file, other, name, source.names))
     names = sorted(named, key=lambda name: natural_key(Path(name)))
     stems = [name.removesuffix(named[name].suffix) if source.names == "file" else name
              for name in names]  # fmt: skip
@@ -114,8 +113,7 @@ def _listed(source: SpritesSource, paths: Iterable[Path], recipe: str) -> Sprite
         SpriteFile(named[name], _sprite(source, name, animation_of.get(i)))
         for i, name in enumerate(names)
     )
-    paths_of_all = tuple(dict.fromkeys(taken.values()))
-    return SpriteList(files, paths_of_all, animations, tuple(notes))
+    return SpriteList(files, tuple(dict.fromkeys(named.values())), animations, tuple(notes))
 
 
 def _sprite(source: SpritesSource, name: str, animation: str | None) -> NamedSprite:
@@ -134,14 +132,15 @@ def _name(file: Path, names: str) -> str:
     return stem if names == "stem" else file.with_name(stem).as_posix()
 
 
-def _two(one: Path, other: Path, name: str, names: str) -> str:
+def _two(one: Path, other: Path, name: str, other_name: str, names: str) -> str:
     """Return why two files cannot be packed together, and what would let them."""
     remedy = {
         "path": "names: file, the folder above both as path, or another name for one of them",
         "stem": "names: path, or another name for one of them",
         "file": "the folder above both as path, or another name for one of them",
     }[names]
-    return f"{one} and {other} are both called {name} (on Windows and macOS at least): use {remedy}"
+    where = "" if name == other_name else ", which is one with the other's on Windows and macOS"
+    return f"{one} and {other} would both be called {other_name}{where}: use {remedy}"
 
 
 def _refuse_unportable(file: Path, name: str) -> None:
@@ -192,15 +191,16 @@ def _problems(source: SpritesSource, sprites: SpriteList, *, may_rotate: bool) -
     """Yield a problem for each key of a source that names no sprite of it, or one that cannot have
     what it states; ``may_rotate``: whether frames may lie rotated on pages."""
     known = {file.sprite.name for file in sprites.files}
-    for name in source.rates.keys() - sprites.animations.keys():
-        near = did_you_mean(name, sprites.animations)
-        if not near:
-            near = f"; there are {', '.join(list(sprites.animations)[:10]) or 'none'}"
-        yield Problem(("source", "rates", name), f"there is no such animation{near}")
+    for name in source.rates:
+        if name not in sprites.animations:
+            near = did_you_mean(name, sprites.animations)
+            near = near or f"; there are {', '.join(list(sprites.animations)[:10]) or 'none'}"
+            yield Problem(("source", "rates", name), f"there is no such animation{near}")
     for key, stated in (("pivots", source.pivots), ("borders", source.borders)):
-        for name in stated.keys() - known - sprites.animations.keys():
-            near = did_you_mean(name, [*known, *sprites.animations])
-            yield Problem(("source", key, name), f"there is no such sprite or animation{near}")
+        for name in stated:
+            if name not in known and name not in sprites.animations:
+                near = did_you_mean(name, [*sorted(known), *sprites.animations])
+                yield Problem(("source", key, name), f"there is no such sprite or animation{near}")
     for file in sprites.files:
         sprite = file.sprite
         if sprite.border is not None and file.draws_border:

@@ -1,6 +1,6 @@
 """Source ``sprites``: open pictures of any sizes under their own names, for packing alone."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -12,10 +12,12 @@ from fire_atlas.recipe.load import LoadedRecipe
 from fire_atlas.recipe.problem import Problem
 from fire_atlas.recipe.validate import refusal
 from fire_atlas.sources.frames import DEFAULT_FPS
-from fire_atlas.sources.header import Header
 from fire_atlas.sources.images import decode, read_header, shared_notes
 from fire_atlas.sources.nine_patch import split_nine_patch
 from fire_atlas.sources.sprite_names import SpriteList, sprites_of, sprites_source
+
+_MOST_NAMED = 12
+"""Animations that a note names at most."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,9 +49,8 @@ def open_sprites(loaded: LoadedRecipe, workers: Workers, max_pixels: int = MAX_P
     """
     names = sprites_of(loaded)
     source, paths = sprites_source(loaded), [file.path for file in names.files]
+    check_borders(loaded, names, max_pixels)
     headers = list(workers.map(lambda path: read_header(path, max_pixels), paths))
-    if problems := list(_too_large(names, headers)):
-        raise refusal(loaded.tree, problems)
 
     def read(i: int) -> tuple[Picture, NamedSprite]:
         file = names.files[i]
@@ -64,16 +65,39 @@ def open_sprites(loaded: LoadedRecipe, workers: Workers, max_pixels: int = MAX_P
         rates={name: source.rates.get(name, DEFAULT_FPS) for name in names.animations},
         read=read,
         inputs=names.paths,
-        notes=(*names.notes, *shared_notes(dict(zip(paths, headers, strict=True)))),
+        notes=(
+            *_animations(names),
+            *names.notes,
+            *shared_notes(dict(zip(paths, headers, strict=True))),
+        ),
     )
 
 
-def _too_large(names: SpriteList, headers: Sequence[Header]) -> Iterator[Problem]:
-    """Yield a problem for each border that is larger than its sprite."""
-    for file, header in zip(names.files, headers, strict=True):
+def _animations(names: SpriteList) -> Iterator[str]:
+    """Yield a note on the animations that were found."""
+    found = [f"{name} ({len(frames)} frames)" for name, frames in names.animations.items()]
+    if found:
+        more = f" and {len(found) - _MOST_NAMED} more" if len(found) > _MOST_NAMED else ""
+        yield f"animations among the sprites: {', '.join(found[:_MOST_NAMED])}{more}"
+
+
+def check_borders(loaded: LoadedRecipe, names: SpriteList, max_pixels: int = MAX_PIXELS) -> None:
+    """Refuse borders that a recipe states and that are larger than their sprites.
+
+    Raises:
+        RecipeError: With each of them.
+        SourceError: The image of one is unreadable or too large.
+    """
+    if problems := list(_too_large(names, max_pixels)):
+        raise refusal(loaded.tree, problems)
+
+
+def _too_large(names: SpriteList, max_pixels: int) -> Iterator[Problem]:
+    for file in names.files:
         name, border = file.sprite.name, file.sprite.border
         if border is None:
             continue
+        header = read_header(file.path, max_pixels)
         if border.left + border.right > header.width or border.top + border.bottom > header.height:
             yield Problem(
                 ("source", "borders", name),

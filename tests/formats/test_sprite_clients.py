@@ -115,6 +115,16 @@ def test_names_that_would_meet_are_refused(
     assert words in " ".join(capsys.readouterr().err.split())
 
 
+def test_movies_of_one_name_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for name in ("a/b1", "a/b2", "a.b1", "a.b2"):
+        icon(tmp_path / f"art/{name}.png")
+    (tmp_path / "ui.yaml").write_text(
+        json.dumps({"source": {"kind": "sprites", "path": "art"}, "movies": ["gif"]})
+    )
+    assert main(["build", str(tmp_path / "ui.yaml")]) == 1
+    assert "would be the file of another animation" in " ".join(capsys.readouterr().err.split())
+
+
 def test_meshes_are_tight_but_a_nine_patch_is_drawn_whole(
     tmp_path: Path, art: dict[str, Bytes]
 ) -> None:
@@ -128,6 +138,19 @@ def test_meshes_are_tight_but_a_nine_patch_is_drawn_whole(
     corners = [[0, 0], [width, 0], [width, height], [0, height]]
     assert sorted(frames["panel"]["vertices"]) == sorted(corners)
     assert len(frames["hud/open"]["vertices"]) > 4
+
+
+def test_bytes_are_the_same_with_any_number_of_workers(
+    tmp_path: Path, art: dict[str, Bytes]
+) -> None:
+    exports = ["json", "phaser", "css", "tpsheet", "godot", "unity"]
+    out = built(tmp_path, source=SOURCE, exports=exports, atlas={"scales": [1, 0.5]})
+    before = {path.name: path.read_bytes() for path in out.iterdir()}
+    for jobs in ("1", "4"):
+        other = tmp_path / jobs
+        line = ["build", "-q", str(tmp_path / "ui.yaml"), "--jobs", jobs, "-o", str(other)]
+        assert main(line) == 0
+        assert {path.name: path.read_bytes() for path in other.iterdir()} == before
 
 
 def test_a_grid_has_a_cell_for_every_sprite(tmp_path: Path, art: dict[str, Bytes]) -> None:

@@ -107,10 +107,10 @@ def test_names_begin_at_the_folder_of_their_path(
 def test_two_of_one_name_are_refused_and_both_named(icons: Icons) -> None:
     icons.add("hud/close.png", "menu/close.png")
     icons.refused(
-        "art/hud/close.png and", "art/menu/close.png are both called close", "names: path",
+        "art/hud/close.png and", "art/menu/close.png would both be called close", "names: path",
         source={"names": "stem"},
     )  # fmt: skip
-    icons.refused("are both called close", source={"path": ["art/hud", "art/menu"]})
+    icons.refused("would both be called close", source={"path": ["art/hud", "art/menu"]})
     icons.add("hud/close.bmp")
     icons.refused("hud/close.bmp and", "names: file")
     assert icons.names(names="file") == {"hud/close.png", "hud/close.bmp", "menu/close.png"}
@@ -119,7 +119,7 @@ def test_two_of_one_name_are_refused_and_both_named(icons: Icons) -> None:
 def test_names_that_are_one_elsewhere_are_refused(icons: Icons) -> None:
     icons.add("é1.png")
     icons.add("e\u0301" + "1.png")
-    icons.refused("are both called", "on Windows and macOS")
+    icons.refused("would both be called", "on Windows and macOS")
 
 
 @pytest.mark.parametrize("name", ["a;b.png", 'a"b.png', "a\nb.png", "a*/b.png", "a:b.png"])
@@ -154,6 +154,16 @@ def test_consecutive_numbers_from_0_or_1_are_animations(
     assert icons.animations() == animations
     assert icons.animations(animations="none") == {}
     assert icons.names() == set(files)
+
+
+def test_what_is_found_is_noted_and_that_there_is_nothing_to_play(icons: Icons) -> None:
+    icons.add("coin_1.png", "coin_2.png", "gem.png")
+    icons.built(movies=["gif"])
+    assert "animations among the sprites: coin (2 frames)" in " ".join(icons.said.split())
+    assert {path.name for path in (icons.folder / "build").glob("*.gif")} == {"ui.coin.gif"}
+    icons.built({"animations": "none"}, movies=["gif"])
+    assert "movies: single sprites have none" in " ".join(icons.said.split())
+    assert not list((icons.folder / "build").glob("*.gif"))
 
 
 def test_a_number_that_lacks_is_noted(icons: Icons) -> None:
@@ -276,8 +286,9 @@ def test_borders_that_cannot_be_are_refused(icons: Icons) -> None:
         "atlas.rotate", "lies rotated", source={"borders": {"panel": [1, 1, 1, 1]}},
         atlas={"rotate": True},
     )  # fmt: skip
-    assert icons.run("build", {"borders": {"panel": [5, 1, 5, 1]}}, {}) == 2
-    assert "source.borders.panel: is larger than" in " ".join(icons.said.split())
+    icons.refused(
+        "source.borders.panel: is larger than", source={"borders": {"panel": [5, 1, 5, 1]}}
+    )
 
 
 @pytest.mark.parametrize(

@@ -37,8 +37,9 @@ def export_css(sheet: AtlasSheet) -> Iterator[OutputFile]:
 
 def _refuse_equal_classes(sheet: AtlasSheet) -> None:
     taken = dict[str, str]()
+    played = (f"animation {animation.name}" for animation in sheet.animations)
     shown = (f"sprite {region.name}" for region in sheet.placed)
-    for title in (*(f"animation {each.name}" for each in sheet.animations), *shown):
+    for title in (*played, *shown):
         css_class = identifier(title.partition(" ")[2])
         other = taken.setdefault(css_class, title)
         if other != title:

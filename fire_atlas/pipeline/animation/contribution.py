@@ -157,13 +157,13 @@ def animations_by_name(contributions: Sequence[Contribution]) -> dict[str, Finis
         RecipeError: Two have one name.
     """
     found = dict[str, FinishedAnimation]()
-    for each in contributions:
-        for name, animation in each.animations.items():
-            title = animation_title(name, each.name, each.animations, len(contributions))
+    for recipe in contributions:
+        for name, animation in recipe.animations.items():
+            title = animation_title(name, recipe.name, recipe.animations, len(contributions))
             title = name if animation.named else title
             if title in found:
                 raise RecipeError(
-                    f"{each.name}: its animation {title} has the name of another one on these "
+                    f"{recipe.name}: its animation {title} has the name of another one on these "
                     f"pages; rename the files of one, or a recipe"
                 )
             found[title] = animation

@@ -37,7 +37,9 @@ def field_marks(loaded: CheckedRecipe, context: BuildContext) -> dict[str, Field
     found = {}
     for part in loaded.parts:
         opened = open_input(part, context)
-        if isinstance(opened, Sprites) or not part.recipe.has_effect:
+        if isinstance(opened, Sprites):
+            raise RecipeError(f"{part.path}: packs sprites, which have no field; preview fire")
+        if not part.recipe.has_effect:
             raise RecipeError(
                 f"{part.path}: has neither flakes nor motion blur, so no field is computed; "
                 f"take out flakes: none or motion_blur: none"

@@ -9,7 +9,8 @@ import numpy as np
 from fire_atlas.atlas.encode import as_straight, over_smoke
 from fire_atlas.atlas.sheet import AtlasSheet, Region, Sprite, common_canvas
 from fire_atlas.core.context import BuildContext
-from fire_atlas.core.output_file import OutputFile
+from fire_atlas.core.errors import OutputError
+from fire_atlas.core.output_file import OutputFile, as_file_name
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.formats.movies.movie import Movie
 from fire_atlas.formats.output_names import animation_stem
@@ -40,12 +41,20 @@ def movie_files(
     """
     if not movies:
         return
+    if not content.animations:
+        context.progress.note("movies: single sprites have none, and there is no animation here")
     from fire_atlas.formats.movies.write import write_movie
 
     regions, shown = iter(sheet.regions), dict[str, Movie]()
     for title, animation in content.animations.items():
         places = tuple(islice(regions, len(animation.frames)))
-        shown[animation_stem(sheet.title, title)] = _movie(animation, places, sheet, content.heat)
+        stem = animation_stem(sheet.title, title)
+        if as_file_name(stem) in map(as_file_name, shown):
+            raise OutputError(
+                f"movies: the movie of {title} would be the file of another animation, {stem}; "
+                f"rename the files of one"
+            )
+        shown[stem] = _movie(animation, places, sheet, content.heat)
         if animation.tracks is not None and not animation.bakes_flakes:
             context.progress.note(f"movies: {title} has no flakes there, as flakes.bake is false")
     named = [(stem, name) for stem in shown for name in movies]

@@ -63,7 +63,7 @@ def page_content(
     named = with_cell_names(loaded.recipe.name, contributions)
     animations, textures = animations_by_name(named), textures_by_name(named)
     if loaded.recipe.atlas.pixels == "color":
-        single = tuple(sprite for each in named for sprite in each.single)
+        single = tuple(sprite for recipe in named for sprite in recipe.single)
         return PageContent(animations, textures, states=named[0].states, single=single)
     from fire_atlas.pipeline.pages.heat import in_heat
 
