@@ -10,6 +10,7 @@ from fire_atlas.core.errors import SourceError
 from fire_atlas.core.picture import Picture
 from fire_atlas.core.workload import MAX_FRAMES, check_workload
 from fire_atlas.recipe.source import FramesSource
+from fire_atlas.sources import matte
 from fire_atlas.sources.frame_store import FrameStore
 from fire_atlas.sources.framing import (
     FlameExtent,
@@ -74,13 +75,15 @@ def open_video(path: Path, settings: FramesSource, context: OpeningContext) -> F
     video = _Video(path, settings, context)
     scan = scan_video(path, context.max_pixels)
     size = scan.look.size
-    box, notes, samples = stated_box(settings, size, path), list[str](), tuple[Picture, ...]()
+    box, notes, choice, fade = stated_box(settings, size, path), list[str](), None, None
     taken = scan.count if settings.crop == "auto" else 1 + max(_plan(video, scan, box).kept)
     check_workload(path, taken, size, context.max_pixels, "source.start and count")
     if settings.crop == "auto":
         scan, extent = _find_flame(video, scan)
-        box, samples = extent.box(size), extent.samples()
-        notes.append(describe_crop(box, size))
+        choice = matte.choose(settings.matte, settings.black, extent.samples(), str(path))
+        crop = extent.crop(size, choice)
+        box, fade = crop.box, crop.fade
+        notes.append(describe_crop(crop, size))
     plan = _plan(video, scan, box)
     frames, decoded = _keep(video, scan, plan)
     if (correct := _plan(video, decoded, box)) != plan:
@@ -103,7 +106,8 @@ def open_video(path: Path, settings: FramesSource, context: OpeningContext) -> F
         read=lambda i: frames.read(shown[i]),
         inputs=(path,),
         notes=tuple(notes),
-        samples=samples,
+        matte=choice,
+        fade=fade,
     )
 
 
