@@ -243,7 +243,7 @@ class FlameExtent:
             return FlameCrop(box)
         light = np.minimum(self._highest[..., 0] / np.float32(255), 1)
         level = min(choice.black.level)
-        alpha = np.maximum(light - level, 0) / (1 - level)
+        alpha = as_plane(np.maximum(light - level, 0) / (1 - level))
         alpha[alpha <= choice.black.noise_above] = 0
         box = _grown(box, self._around(size, _MARGIN + _GROWTH), alpha, size)
         lit = [edge > 0 for edge in _edges(box, alpha, size)]

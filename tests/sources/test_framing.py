@@ -223,7 +223,7 @@ def glowing(reach: float, middle: tuple[int, int], size: tuple[int, int] = (180,
 
 
 def highest_alpha(clip: Clip) -> NDArray[np.float32]:
-    return np.max([clip.read(i)[..., 3] for i in range(clip.count)], axis=0)
+    return np.asarray(np.max([clip.read(i)[..., 3] for i in range(clip.count)], axis=0))
 
 
 def edges_of(alpha: NDArray[np.float32]) -> list[float]:
