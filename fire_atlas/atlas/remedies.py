@@ -63,6 +63,10 @@ class PageFrames:
         sizes = ((math.ceil(grown * w) + 1, math.ceil(grown * h) + 1) for w, h in self.sizes)
         return replace(self, sizes=tuple(sizes))
 
+    def untrimmed(self, size: Size) -> Self:
+        """Return the frames as large as they are untrimmed, px: none of their fire is larger."""
+        return replace(self, sizes=(size,) * len(self.sizes))
+
     def shortened(self, count: int) -> Self:
         """Return ``count`` frames of each animation, as large as its largest: others may be chosen
         then."""

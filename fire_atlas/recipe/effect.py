@@ -278,8 +278,8 @@ class Flakes(Settings):
     """Light of a wide, soft glow around each soft flake, relative to the flake's, in addition to
     the faint halo of a lens. Not in the tracks."""
     sprite: Literal["auto", "soft", "pixel"] = "auto"
-    """``soft``: round sprites. ``pixel``: hard squares of whole pixels, for pixel art. ``auto``: by
-    ``class``."""
+    """``soft``: round sprites. ``pixel``: hard squares of whole pixels, for pixel art; if that is
+    enlarged by a whole number, of whole pixels of the art. ``auto``: by ``class``."""
     texture: Annotated[
         Off
         | Annotated[str, Field(min_length=1, pattern=r"^[^\x00]+$"), WORD]

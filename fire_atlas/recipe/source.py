@@ -126,7 +126,9 @@ class FramesSource(ClipInput):
     crop: Crop = "none"
     """Use only a part of the frames: ``[x, y, width, height]``, px of the file, from the top-left
     corner. ``auto``: the box around all that is ever flame, with a margin; it looks at every frame,
-    so a video is decoded twice."""
+    so a video is decoded twice. With ``matte: luminance`` no edge is seen: the box grows by glow
+    that ends nearby, and light that reaches a side all the same, or leaves the footage there,
+    fades out."""
     height: FrameHeight = "auto"
     """Resize frames to this height, px, in proportion. ``source``: no resizing. ``auto``: images,
     sheets and animations keep their size; a video taller than 512 px is reduced to 512, and

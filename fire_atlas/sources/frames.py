@@ -6,7 +6,7 @@ from pathlib import Path
 
 from fire_atlas.core.clip import Clip, ProxiedClip, Window, kept
 from fire_atlas.core.errors import SourceError, about
-from fire_atlas.core.picture import Picture, to_light
+from fire_atlas.core.picture import Picture, as_light, to_light
 from fire_atlas.core.pixels import Pixels
 from fire_atlas.core.workers import Workers
 from fire_atlas.core.workload import check_workload
@@ -121,19 +121,24 @@ def _open(
     """Return the clip at ``path``, the reader of its frames, which of them it has, and the matte
     that they get."""
     reader, chosen = _open_reader(settings, path, context)
-    samples = reader.samples or map(reader.read, sample_numbers(reader.count))
-    choice = matte.choose(settings.matte, settings.black, samples, str(path))
+    choice = reader.matte or matte.choose(
+        settings.matte, settings.black, map(reader.read, sample_numbers(reader.count)), str(path)
+    )
     width, height = _size(settings, reader, path, context)
     keeps_pixels, space = settings.sampling == "nearest", context.blend_space
 
     def shown(i: int) -> Picture:
+        picture = matted(i)
+        return picture if reader.fade is None else reader.fade.apply(as_light(picture))
+
+    def matted(i: int) -> Picture:
         picture = reader.read(chosen[i])
         check_frame_size(path, chosen[i], picture, (reader.width, reader.height))
         if (width, height) == (reader.width, reader.height):
             return matte.apply(choice.matte, picture, space, choice.black)
         if keeps_pixels:
-            matted = matte.apply(choice.matte, picture, space, choice.black)
-            return nearest(matted, width, height)
+            whole = matte.apply(choice.matte, picture, space, choice.black)
+            return nearest(whole, width, height)
         return _resized(choice, picture, (width, height), space)
 
     clip = Clip(
@@ -275,10 +280,11 @@ def _cropped(
         copies = workers.map(lambda i: small_copy(reader.read(i)), chosen)
         for i, small in zip(chosen, copies, strict=True):
             extent.add(i, small)
-        box = extent.box(size)
-        notes = (*reader.notes, describe_crop(box, size))
-        samples = tuple(small_copy(reader.read(i)) for i in sample_numbers(reader.count))
-        reader = replace(reader, samples=samples, notes=notes)
+        samples = (small_copy(reader.read(i)) for i in sample_numbers(reader.count))
+        choice = matte.choose(settings.matte, settings.black, samples, str(path))
+        crop = extent.crop(size, choice)
+        box, notes = crop.box, (*reader.notes, describe_crop(crop, size))
+        reader = replace(reader, matte=choice, fade=crop.fade, notes=notes)
     if box == Window(0, 0, *size):
         return reader
 

@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from fire_atlas.core.clip import Window
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.picture import Picture, brightest, white
-from fire_atlas.core.pixels import Bytes, encode_unit
+from fire_atlas.core.pixels import Bytes, Pixels, Plane, as_plane, encode_unit
 from fire_atlas.recipe.source import FramesSource
 from fire_atlas.recipe.timeline import Timeline
+from fire_atlas.sources.matte import MatteChoice
 from fire_atlas.sources.resize import nearest, reduce, width_for
 
 LARGE = 512
@@ -36,6 +37,13 @@ _GLOWS = 128
 
 _MARGIN = 0.04
 """Margin around the flame, as a fraction of the longer side of its box."""
+
+_GROWTH = 0.1
+"""Maximum by which glow beyond the margin adds to it, as a fraction of the same side: where it
+reaches farther, it fades out there."""
+
+_UNSEEN = 2 / 255
+"""Alpha up to which nobody sees an edge."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,6 +168,43 @@ def small_copy(picture: Picture) -> Picture:
     return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA))
 
 
+@dataclass(frozen=True, slots=True)
+class Fade:
+    """How light fades to nothing at the sides of frames, so that none shows an edge.
+
+    Attributes:
+        across: Widths of the fade at the left and at the right, as fractions of a frame's width.
+        down: The same at the top and at the bottom, of its height.
+    """
+
+    across: tuple[float, float] = (0.0, 0.0)
+    down: tuple[float, float] = (0.0, 0.0)
+
+    def apply(self, pixels: Pixels) -> Pixels:
+        """Return pixels (H, W, 4) with the light and alpha that the fade leaves."""
+        height, width = pixels.shape[:2]
+        left = np.multiply.outer(_shares(height, self.down), _shares(width, self.across))
+        return as_plane(left)[..., None] * pixels
+
+
+def _shares(length: int, fades: tuple[float, float]) -> NDArray[np.float64]:
+    """Return the share of light that is left along an axis of ``length`` px: 0 at the outermost."""
+    shares = np.ones(length)
+    for side, fade in zip((shares, shares[::-1]), fades, strict=True):
+        count = round(fade * length)
+        x = np.arange(count) / max(count, 1)
+        side[:count] *= x * x * (3 - 2 * x)
+    return shares
+
+
+@dataclass(frozen=True, slots=True)
+class FlameCrop:
+    """The part of the frames that ``crop: auto`` chose, and how its light fades out, if it does."""
+
+    box: Window
+    fade: Fade | None = None
+
+
 class FlameExtent:
     """The box that is ever flame, from small copies of all frames.
 
@@ -187,16 +232,47 @@ class FlameExtent:
         """Return the copies that were kept, in order."""
         return tuple(self._samples)
 
+    def crop(self, size: tuple[int, int], choice: MatteChoice) -> FlameCrop:
+        """Return the part of frames of ``size`` (width, height) to use.
+
+        It is the whole frame if there is no flame. Where light is coverage, glow may reach beyond
+        the margin: the box grows until none is seen at its sides. What still is seen there, as
+        where the camera cut it off, fades out between the flame and the side.
+        """
+        box = self.box(size)
+        if choice.matte != "luminance":
+            return FlameCrop(box)
+        light = np.minimum(self._highest[..., 0] / np.float32(255), 1)
+        level = min(choice.black.level)
+        alpha = as_plane(np.maximum(light - level, 0) / (1 - level))
+        alpha[alpha <= choice.black.noise_above] = 0
+        box = _grown(box, self._around(size, _MARGIN + _GROWTH), alpha, size)
+        lit = [edge > 0 for edge in _edges(box, alpha, size)]
+        if not any(lit):
+            return FlameCrop(box)
+        flame = self._around(size, 0)
+        margin = floor(_MARGIN * max(flame.right - flame.left, flame.bottom - flame.top))
+        left, top, right, bottom = (
+            shows * max(abs(side - inner), margin)
+            for side, inner, shows in zip(box, flame, lit, strict=True)
+        )
+        width, height = box.right - box.left, box.bottom - box.top
+        return FlameCrop(box, Fade((left / width, right / width), (top / height, bottom / height)))
+
     def box(self, size: tuple[int, int]) -> Window:
         """Return the box with a margin, px of frames of ``size`` (width, height).
 
         The box is the whole frame if there is no flame.
         """
+        return self._around(size, _MARGIN)
+
+    def _around(self, size: tuple[int, int], share: float) -> Window:
+        """Return the box with a margin of that ``share`` of its longer side."""
         left, top, width, height = cv2.boundingRect(self._flame().view(np.uint8))
         if not width:
             return Window(0, 0, *size)
         rows, columns = self._highest.shape[:2]
-        margin = _MARGIN * max(width / columns * size[0], height / rows * size[1])
+        margin = share * max(width / columns * size[0], height / rows * size[1])
         return Window(
             max(0, floor(left * size[0] / columns - margin)),
             max(0, floor(top * size[1] / rows - margin)),
@@ -214,6 +290,37 @@ class FlameExtent:
         return (shown - darkest > _MOVES) | (shown > _GLOWS)
 
 
+def _grown(box: Window, limit: Window, alpha: Plane, size: tuple[int, int]) -> Window:
+    """Return ``box``, each side of which grows by 1 px while alpha is seen along it, to a limit."""
+    while True:
+        seen = [edge > _UNSEEN for edge in _edges(box, alpha, size)]
+        steps = (-seen[0], -seen[1], +seen[2], +seen[3])
+        larger = Window(*(side + step for side, step in zip(box, steps, strict=True)))
+        larger = Window(
+            max(larger.left, limit.left), max(larger.top, limit.top),
+            min(larger.right, limit.right), min(larger.bottom, limit.bottom),
+        )  # fmt: skip
+        if larger == box:
+            return box
+        box = larger
+
+
+def _edges(box: Window, alpha: Plane, size: tuple[int, int]) -> tuple[float, float, float, float]:
+    """Return the highest alpha along the left, top, right and bottom of a box, px of ``size``.
+
+    ``alpha`` is that of a small copy, (h, w).
+    """
+    down, across = alpha.shape[0] / size[1], alpha.shape[1] / size[0]
+    part = alpha[
+        floor(box.top * down) : ceil(box.bottom * down),
+        floor(box.left * across) : ceil(box.right * across),
+    ]
+    return (
+        float(part[:, 0].max()), float(part[0].max()),
+        float(part[:, -1].max()), float(part[-1].max()),
+    )  # fmt: skip
+
+
 def _brightness_and_coverage(picture: Picture) -> Bytes:
     """Return the brightest channel as sRGB, and the coverage, 0..255, (h, w, 2)."""
     unit = picture.astype(np.float32) / white(picture.dtype)
@@ -222,11 +329,17 @@ def _brightness_and_coverage(picture: Picture) -> Bytes:
     return np.dstack([np.rint(255 * shown), np.ceil(255 * coverage)]).astype(np.uint8)
 
 
-def describe_crop(box: Window, size: tuple[int, int]) -> str:
+def describe_crop(crop: FlameCrop, size: tuple[int, int]) -> str:
     """Return, for the user, which part of frames of this (width, height) ``crop: auto`` chose."""
+    box, fades = crop.box, ""
+    if crop.fade is not None:
+        shares = zip(("left", "right", "top", "bottom"), (*crop.fade.across, *crop.fade.down),
+                     strict=True)  # fmt: skip
+        fading = ", ".join(side for side, share in shares if share)
+        fades = f"; light that reaches its edges fades out there ({fading})"
     width, height = box.right - box.left, box.bottom - box.top
     spared = 100 * (1 - width * height / (size[0] * size[1]))
     return (
         f"source.crop: [{box.left}, {box.top}, {width}, {height}] holds all flame of the "
-        f"{size[0]}x{size[1]} frames ({spared:.0f} % of their area is cut off)"
+        f"{size[0]}x{size[1]} frames ({spared:.0f} % of their area is cut off){fades}"
     )

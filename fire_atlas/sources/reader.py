@@ -16,7 +16,8 @@ from fire_atlas.core.picture import Picture, where_covered
 from fire_atlas.core.workers import Workers
 from fire_atlas.core.workload import MAX_PIXELS
 from fire_atlas.sources.frame_store import FrameStore
-from fire_atlas.sources.framing import PageLimit
+from fire_atlas.sources.framing import Fade, PageLimit
+from fire_atlas.sources.matte import MatteChoice
 
 CACHE_BYTES = 64 << 20
 """Limit on the cache of decoded frames, bytes, whatever the length of a clip."""
@@ -53,8 +54,10 @@ class FrameReader:
         read: ``read(i)`` returns frame i. Several threads may call it at once.
         inputs: The files that are read, in order.
         notes: What was decided about the frames, and why, for the user.
-        samples: Small copies of a few whole frames, if the frames are cropped to their flame, which
-            leaves nothing of the background by which a matte is chosen.
+        matte: The matte, by whole frames, if the frames are cropped to their flame, which leaves
+            nothing of the background by which one is chosen.
+        fade: How light fades out at the sides of the frames, once they have their matte; None if
+            it does not.
     """
 
     width: int
@@ -64,7 +67,8 @@ class FrameReader:
     read: Callable[[int], Picture]
     inputs: tuple[Path, ...]
     notes: tuple[str, ...] = ()
-    samples: tuple[Picture, ...] = ()
+    matte: MatteChoice | None = None
+    fade: Fade | None = None
 
 
 def check_frame_size(path: Path, i: int, picture: Picture, size: tuple[int, int]) -> None:

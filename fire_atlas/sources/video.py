@@ -10,6 +10,7 @@ from fire_atlas.core.errors import SourceError
 from fire_atlas.core.picture import Picture
 from fire_atlas.core.workload import MAX_FRAMES, check_workload
 from fire_atlas.recipe.source import FramesSource
+from fire_atlas.sources import matte
 from fire_atlas.sources.frame_store import FrameStore
 from fire_atlas.sources.framing import (
     FlameExtent,
@@ -73,11 +74,13 @@ def open_video(path: Path, settings: FramesSource, context: OpeningContext) -> F
     """
     video = _Video(path, settings, context)
     scan, box = _scan(video)
-    size, notes, samples = scan.look.size, list[str](), tuple[Picture, ...]()
+    size, notes, choice, fade = scan.look.size, list[str](), None, None
     if settings.crop == "auto":
         scan, extent = _find_flame(video, scan)
-        box, samples = extent.box(size), extent.samples()
-        notes.append(describe_crop(box, size))
+        choice = matte.choose(settings.matte, settings.black, extent.samples(), str(path))
+        crop = extent.crop(size, choice)
+        box, fade = crop.box, crop.fade
+        notes.append(describe_crop(crop, size))
     plan = _plan(video, scan, box)
     frames, decoded = _keep(video, scan, plan)
     if (correct := _plan(video, decoded, box)) != plan:
@@ -86,7 +89,7 @@ def open_video(path: Path, settings: FramesSource, context: OpeningContext) -> F
         scan = decoded
     reader = _reader(video, scan, plan, notes)
     shown = plan.timing.shown
-    return replace(reader, read=lambda i: frames.read(shown[i]), samples=samples)
+    return replace(reader, read=lambda i: frames.read(shown[i]), matte=choice, fade=fade)
 
 
 def examine_video(

@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from tests.sources.test_framing import film
 from tests.support.clips import real
 from tests.support.repo import Repo, pages
 
@@ -46,6 +47,30 @@ def test_each_change_that_is_advised_makes_one_page_enough(
     assert {pairs[0].partition("=")[0] for pairs in choices} >= (
         {"timeline.frames"} if "grid" in atlas else {"source.height", "timeline.frames"}
     )
+    for pairs in choices:
+        changes = [argument for pair in pairs for argument in ("--set", pair)]
+        repo.built(recipe, *changes)
+        assert count_of(repo) == 1, pairs
+
+
+def test_what_is_advised_for_generated_fire_holds_as_it_becomes_another_fire(repo: Repo) -> None:
+    source = {"kind": "silk", "width": 64, "height": 96}
+    keys: dict[str, Any] = {"source": source, "timeline": {"frames": 10}, "tracks": []}
+    recipe = repo.recipe(**keys, atlas={"max_size": 160})
+    choices = advised(repo.run("build", recipe).err, "one is enough")
+    assert [pair.partition("=")[0] for pair in choices[0]] == ["source.height", "source.width"]
+    for pairs in choices:
+        changes = [argument for pair in pairs for argument in ("--set", pair)]
+        repo.built(recipe, *changes)
+        assert count_of(repo) == 1, pairs
+
+
+def test_a_large_video_is_as_high_as_it_is_with_each_change_that_is_advised(repo: Repo) -> None:
+    film(repo.folder / "tall.mp4", 24)
+    keys: dict[str, Any] = {"flakes": "none", "motion_blur": "none", "timeline": {"loop": "none"}}
+    recipe = repo.recipe(path="tall.mp4", atlas={"max_size": 1024, "trim": "none"}, **keys)
+    choices = advised(repo.run("build", recipe).err, "one is enough")
+    assert "source.height=256" in choices[1] and "source.height=256" in choices[2]
     for pairs in choices:
         changes = [argument for pair in pairs for argument in ("--set", pair)]
         repo.built(recipe, *changes)

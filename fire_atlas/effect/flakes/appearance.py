@@ -26,6 +26,7 @@ from fire_atlas.effect.flakes.emission import SPARK, TICK, Spawns
 from fire_atlas.effect.flakes.particles import FlakeView, ParticleState
 from fire_atlas.effect.flakes.texture import MIN_WIDTH, TextureCells
 from fire_atlas.effect.flakes.tracks import COLUMNS
+from fire_atlas.vision.pixel_grid import PixelGrid
 
 Column = NDArray[np.float64]
 
@@ -104,7 +105,7 @@ class Appearance:
             each frame of a round; all 0 if no flake is lost in it.
         cell: Side of a cell, px.
         fades: Whether flakes fade towards the frame's border.
-        pixel: Whether flakes are hard squares.
+        art: The pixels of the art, of which flakes are hard squares; None: they are soft.
         fps: Frames per second.
         texture: The picture that flakes show; None for streaks and squares.
         view: The camera that sees them, if the fire has depth.
@@ -121,7 +122,7 @@ class Appearance:
     glare: NDArray[np.uint8]
     cell: int
     fades: bool
-    pixel: bool
+    art: PixelGrid | None
     fps: float
     texture: TextureCells | None = None
     view: FlakeView | None = None
@@ -153,18 +154,18 @@ class _FixedLook:
         if look.texture is not None:
             return cls._of_texture(spawns, look, look.texture)
         count = len(spawns.tick)
-        if look.pixel or look.is_even:
+        if look.art is not None or look.is_even:
             light, degree = (
-                np.full(count, _PIXEL_LIGHT if look.pixel else _EVEN_LIGHT),
+                np.full(count, _EVEN_LIGHT if look.art is None else _PIXEL_LIGHT),
                 np.zeros(count),
             )
         else:
             light = ember_brightness(count, look.seed) * np.where(spawns.kind == SPARK, _SPARK, 1.0)
             degree = defocus(count, _OUT_OF_FOCUS, look.seed)
         blurred = (degree > 0) & (light < _BLINDING)
-        if count and not look.pixel:
+        if count and look.art is None:
             spawns = replace(spawns, size=_thinned(spawns.size, blurred | (light >= _HOT)))
-        size, (least, most) = drawn_width(spawns.size, look.pixel), _DEFOCUS
+        size, (least, most) = drawn_width(spawns.size, look.art), _DEFOCUS
         median_width = np.median(size) if count else 0.0
         blur = np.where(blurred, (least + (most - least) * degree) * median_width, 0.0)
         return cls(spawns, light * look.intensity, _held(count, look), size + blur, blur)
@@ -204,6 +205,9 @@ def track_rows(
     by ``v / fps`` arrives there; in a flake's last row it is the simulated velocity.
     """
     embers = _FixedLook.of(spawns, look)
+    if look.art is not None and look.art.side > 1:
+        art = look.art
+        states = (_on_pixels(state, embers.size, art) for state in states)
     moving = (
         _with_frame_velocity(*pair, look.fps)
         for pair in pairwise(chain(states, [ParticleState.empty()]))
@@ -221,6 +225,14 @@ def track_rows(
     )
     for tables in workers.map(lambda batch: _tables(batch, embers, look), _batches(shown)):
         yield from tables
+
+
+def _on_pixels(state: ParticleState, size: Column, art: PixelGrid) -> ParticleState:
+    """Return the state of squares, ``size`` px wide by their ids, that lie on pixels of the art."""
+    half = size.take(state.id) / 2
+    x = art.x + art.side * np.rint((state.x - half - art.x) / art.side) + half
+    y = art.y + art.side * np.rint((state.y - half - art.y) / art.side) + half
+    return replace(state, x=x, y=y)
 
 
 def _with_frame_velocity(
@@ -318,7 +330,7 @@ def _table(
         light *= thin * (ratio * thin + streak) / (size * (ratio * size + streak))
         if look.texture.tinted:
             light /= 1 + _DIMMED_BY_LENGTH * (1 + streak / size)
-    elif look.pixel:
+    elif look.art is not None:
         stretch, tail = np.ones_like(size), np.ones_like(size)
         light = np.ceil(np.minimum(light, 1.0) * _PIXEL_SHADES) / _PIXEL_SHADES
     else:
@@ -330,7 +342,8 @@ def _table(
         light *= (own_size + longer) * own_size
         light /= (size + longer) * size * (1 + _DIMMED_BY_LENGTH * stretch)
     if look.fades:
-        halo = size if look.pixel or look.texture is not None else size * HALO_WIDTH
+        is_soft = look.art is None and look.texture is None
+        halo = size * HALO_WIDTH if is_soft else size
         half_length = (size * (stretch - 1) + halo) / 2
         light = light * _border_fade(state, half_length, travel, height, width)
     full = (_FULL_SPEED_OF_PAPER if look.is_even else _FULL_SPEED) * height

@@ -18,6 +18,7 @@ from fire_atlas.core.pixels import as_plane
 from fire_atlas.effect.flakes.layer import FAINTEST, FlakeLight, in_few_planes, ranges
 from fire_atlas.effect.flakes.texture import TextureCells, draw_textured
 from fire_atlas.effect.flakes.tracks import by_column
+from fire_atlas.vision.pixel_grid import PixelGrid
 
 Column = NDArray[np.float64]
 Single = NDArray[np.float32]
@@ -67,12 +68,14 @@ _GLOW_SIGMA = 0.018
 """Width (σ) of the glow that a recipe asks for, heights."""
 
 
-def drawn_width(width: Column, hard: bool) -> Column:
-    """Return the width, px, at which sprites are drawn; ``hard`` ones become one or two px wide.
+def drawn_width(width: Column, art: PixelGrid | None) -> Column:
+    """Return the width, px, at which sprites are drawn: one or two pixels of ``art``; None: soft.
 
     Soft ones are seen by pixels that are one px wide themselves.
     """
-    return np.clip(np.rint(width), 1, 2) if hard else width + _WIDTH_OF_PIXEL
+    if art is None:
+        return width + _WIDTH_OF_PIXEL
+    return art.side * np.clip(np.rint(width / art.side), 1, 2)
 
 
 def draw_frame(

@@ -14,6 +14,7 @@ from fire_atlas.core.pixels import Plane
 from fire_atlas.effect.flakes.drawing import drawn_width
 from fire_atlas.effect.flame.fires import Fire, Fires, Labels
 from fire_atlas.recipe.effect import Flakes
+from fire_atlas.vision.pixel_grid import PixelGrid
 
 TICK = 1 / 60
 """Time step, s, in which flakes are spawned and fly, whatever the frame rate."""
@@ -179,6 +180,7 @@ class EmitterSettings:
         moving_area: float,
         fires: tuple[Fire, ...],
         seed: int,
+        art: PixelGrid,
     ) -> Self:
         """Convert the recipe's section to px and s, and replace ``auto`` by numbers.
 
@@ -188,12 +190,14 @@ class EmitterSettings:
             moving_area: Area in which the fire moves, heights².
             fires: The fires as measured.
             seed: The recipe's seed.
+            art: The pixels of the clip's art.
         """
         smallest, largest = size_range(flakes)
         size = smallest * clip.height, largest * clip.height
         median = np.sqrt(size[0] * size[1])
         # Soft flakes thinner than a pixel are dimmer, but hard ones are drawn wider.
-        width_ratio = float(median / drawn_width(median, True)) if flakes.sprite == "pixel" else 1.0
+        is_hard = flakes.sprite == "pixel"
+        width_ratio = float(median / drawn_width(median, art)) if is_hard else 1.0
         duration = math.inf if clip.loop else clip.body / clip.fps
         automatic = automatic_rate(moving_area, width_ratio, duration)
         rate = automatic if flakes.rate == "auto" else flakes.rate

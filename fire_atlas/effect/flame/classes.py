@@ -81,6 +81,7 @@ class FlameMeasures:
         flash: If the fire plays once and dies out: the time, s, for which it is at least half as
             bright as at its peak; else None.
         moves: Where the flame moves, in words.
+        art_side: Side of a pixel of the art, px.
     """
 
     colours: FlameColours
@@ -96,6 +97,7 @@ class FlameMeasures:
     coherence: float
     flash: float | None
     moves: str
+    art_side: int
 
     @classmethod
     def of(cls, clip: Clip, study: FlameStudy) -> Self:
@@ -123,6 +125,7 @@ class FlameMeasures:
             coherence=float(np.hypot(*velocity)) / max(samples.speed, 1e-9),
             flash=flash if study.dies_out and not clip.loop else None,
             moves=_motion(study.buoyancy),
+            art_side=study.art.side,
         )
 
 
@@ -171,9 +174,11 @@ def _drawn(flame: FlameMeasures) -> Iterator[Classified]:
     if colours.few < _FEW_COLOURS or colours.count > _FLAT_COLOURS:
         return
     drawn = f"{_hue_name(colours.hue)} flame in {colours.count:.0f} colours"
-    is_small = max(flame.width, flame.height) <= _PIXEL_SIDE and colours.soft < _PIXEL_SOFT
+    width, height = flame.width // flame.art_side, flame.height // flame.art_side
+    is_small = max(width, height) <= _PIXEL_SIDE and colours.soft < _PIXEL_SOFT
     if is_small and colours.count <= _PIXEL_COLOURS:
-        yield Classified("pixel", f"{drawn}, with hard edges, {flame.width} x {flame.height} px")
+        enlarged = f", each enlarged to {flame.art_side}" if flame.art_side > 1 else ""
+        yield Classified("pixel", f"{drawn}, with hard edges, {width} x {height} px{enlarged}")
     yield Classified("flat", f"{drawn}, drawn in flat areas")
 
 

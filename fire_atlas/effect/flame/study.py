@@ -18,6 +18,7 @@ from fire_atlas.effect.flame.fires import Fire, Fires, Labels, separate_fires
 from fire_atlas.effect.flame.samples import FlameSamples
 from fire_atlas.effect.flame.segmentation import FlameSegmentation
 from fire_atlas.recipe.effect import PAPER_ALPHA, Features
+from fire_atlas.vision.pixel_grid import NOT_ENLARGED, PixelGrid
 from fire_atlas.vision.sampling import evenly_spread
 
 _MIN_SAMPLES, _MAX_SAMPLES = 6, 12
@@ -52,6 +53,7 @@ class FlameStudy:
         mean_gradient: Mean ‖∇f‖ of the features, the unit of the feature force.
         dies_out: Whether almost nothing of the flame is left in the last frame.
         samples: Small copies of a few frames; None if no step needs them.
+        art: The pixels of pixel art, which may be enlarged.
     """
 
     buoyancy: tuple[float, float]
@@ -64,12 +66,14 @@ class FlameStudy:
     mean_gradient: float
     dies_out: bool
     samples: FlameSamples | None = None
+    art: PixelGrid = NOT_ENLARGED
 
     def cropped(self, window: Window) -> "FlameStudy":
         """Return the study of a window of the frame."""
         segmentation = self.segmentation.cropped(window)
         kappa, fires = self.kappa[window.slices], self.fires.cropped(window)
-        return replace(self, segmentation=segmentation, kappa=kappa, fires=fires)
+        art = self.art.cropped(window)
+        return replace(self, segmentation=segmentation, kappa=kappa, fires=fires, art=art)
 
 
 def study_flame(

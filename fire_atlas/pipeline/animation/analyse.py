@@ -144,6 +144,7 @@ def _emitter(clip: Clip, study: FlameStudy, recipe: Recipe) -> EmitterSettings:
         moving_area=study.moving_area,
         fires=study.fires.by_number,
         seed=recipe.seed,
+        art=study.art,
     )
 
 

@@ -22,6 +22,12 @@ def has_undecided_flakes(recipe: Recipe) -> bool:
     return "auto" in (flakes.rate, flakes.sparks, *looks)
 
 
+def may_have_squares(recipe: Recipe) -> bool:
+    """Return whether flakes may be squares on pixels of art, or its class is still open."""
+    flakes = recipe.flakes
+    return has_undecided_flakes(recipe) or (flakes != "none" and flakes.sprite == "pixel")
+
+
 def classify(recipe: Recipe, clip: Clip, study: FlameStudy, context: BuildContext) -> Recipe:
     """Return the recipe with everything filled in that the class of its fire decides.
 
@@ -90,5 +96,6 @@ def _automatic_rate(flakes: Flakes, clip: Clip, study: FlameStudy, seed: int) ->
         moving_area=study.moving_area,
         fires=study.fires.by_number,
         seed=seed,
+        art=study.art,
     )
     return emitter.rate

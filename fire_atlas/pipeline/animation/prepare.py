@@ -1,15 +1,18 @@
 """Prepare a clip: arrange its frames as they are played, and study what holds for all of them."""
 
+from dataclasses import replace
+
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.context import BuildContext
 from fire_atlas.core.workload import check_workload
 from fire_atlas.effect.field.buoyancy import lift_direction
 from fire_atlas.effect.flame.direction import UP
 from fire_atlas.effect.flame.study import FlameStudy, study_flame
-from fire_atlas.pipeline.animation.classify import has_undecided_flakes
+from fire_atlas.pipeline.animation.classify import has_undecided_flakes, may_have_squares
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.source import FramesSource
 from fire_atlas.timeline.arrange import arrange
+from fire_atlas.vision.pixel_grid import NOT_ENLARGED, find_pixel_grid
 
 
 def prepare(
@@ -22,6 +25,8 @@ def prepare(
     size = clip.width, clip.height
     # What is asked for is known before any frame is made.
     check_length(recipe.timeline.frames or 0, size, context.max_pixels)
+    shows_art = isinstance(recipe.source, FramesSource) and may_have_squares(recipe)
+    art = find_pixel_grid(clip) if shows_art else NOT_ENLARGED
     clip = _arranged(clip, recipe, context)
     check_length(clip.count, size, context.max_pixels)
     direction = lift_direction(recipe.buoyancy)
@@ -31,7 +36,7 @@ def prepare(
     is_open = is_first and has_undecided_flakes(recipe)
     is_sampled = (recipe.has_effect or recipe.needs_field) and (direction is None or is_open)
     study = study_flame(clip, recipe.features, direction, context.workers, is_sampled=is_sampled)
-    return clip, study
+    return clip, replace(study, art=art)
 
 
 def check_length(frames: int, size: tuple[int, int], max_pixels: int) -> None:

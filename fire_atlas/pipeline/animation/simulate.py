@@ -163,7 +163,9 @@ def _tracks(
     table = spawn_table(list(states), spawns, frames, camera is not None)
     size = clip.width, clip.height
     cells = None if look.texture is None else _cells(look.texture, frames, look.seed)
-    tracks = Tracks.one_shot(clip.fps, size, look.seed, table, frames, look.pixel, cells, camera)
+    tracks = Tracks.one_shot(
+        clip.fps, size, look.seed, table, frames, look.art is not None, cells, camera
+    )
     return fold_into_loop(tracks, clip.count * rounds, rounds) if clip.loop else tracks
 
 
@@ -219,7 +221,7 @@ def _appearance(
         glare=glare if is_lost_in_glare else np.zeros((1, 1, 1), np.uint8),
         cell=cell,
         fades=flakes.edge == "fade",
-        pixel=flakes.sprite == "pixel",
+        art=study.art if flakes.sprite == "pixel" else None,
         fps=clip.fps,
         texture=texture,
         count=clip.count,

@@ -79,9 +79,12 @@ def _remedies(
         width, height = size
         most = max(len(each) for each in frames.animations)
         as_many, as_high = _kept(loaded, most, height)
+        # Of another size or length, generated fire is another fire.
+        is_footage = isinstance(recipe.source, FramesSource)
+        made = frames if is_footage else frames.untrimmed((width, height))
 
         def fits_at(smaller: int) -> bool:
-            return frames.scaled(smaller / height).pages(atlas) <= pages
+            return made.scaled(smaller / height).pages(atlas) <= pages
 
         if smaller := largest(fits_at, _LEAST_HEIGHT, height - 1):
             as_wide = f" and source.width: {max(_LEAST_HEIGHT, width * smaller // height)}"
@@ -90,7 +93,7 @@ def _remedies(
         if recipe.timeline.tail is False and not recipe.wind.levels:
 
             def fits_with(count: int) -> bool:
-                return frames.shortened(count).pages(atlas) <= pages
+                return made.shortened(count).pages(atlas) <= pages
 
             if fewer := largest(fits_with, _LEAST_FRAMES, most - 1):
                 # A pingpong has an even number of frames.

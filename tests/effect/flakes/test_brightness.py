@@ -81,7 +81,7 @@ def _rows(
     keys = {
         "seed": 1, "colours": np.array([[1.0, 0.5, 0.25]]), "intensity": 0.5, "stretch": 0.0,
         "shutter": 0.5, "kappa": np.ones((400, 400), np.float32),
-        "glare": np.zeros((1, 1, 1), np.uint8), "cell": 400, "fades": False, "pixel": False,
+        "glare": np.zeros((1, 1, 1), np.uint8), "cell": 400, "fades": False, "art": None,
         "fps": 24.0, **look,
     }  # fmt: skip
     with Workers(1) as workers:

@@ -19,6 +19,7 @@ from fire_atlas.effect.flakes.emission import (
 )
 from fire_atlas.effect.flame.fires import Fire
 from fire_atlas.recipe.effect import Flakes
+from fire_atlas.vision.pixel_grid import NOT_ENLARGED
 from tests.support.clips import clip_of
 
 FIRE = Fire(share=1.0, epsilon=0.0, alpha=1.0, candidate_count=100.0)
@@ -151,7 +152,7 @@ def test_a_given_share_of_sparks_is_kept(
     emitter = EmitterSettings.of(
         Flakes.model_validate(keys),
         clip_of([np.zeros((20, 20, 4), np.float32)]),
-        moving_area=0.3, fires=(FIRE,), seed=1,
+        moving_area=0.3, fires=(FIRE,), seed=1, art=NOT_ENLARGED,
     )  # fmt: skip
     assert (emitter.burst_rate, emitter.burst_sparks) == pytest.approx((bursts, sparks))
 
