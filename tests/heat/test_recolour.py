@@ -173,7 +173,7 @@ def test_logs_and_wax_that_are_drawn_with_the_fire_are_unchanged(tmp_path: Path)
          "strength": 0},
     ]  # fmt: skip
     source = {
-        "kind": "silk", "width": 128, "height": 128, "foot": 0.2, "glow": 0.03,
+        "kind": "silk", "width": 128, "height": 128, "foot": 0.2, "glow": 0.03, "intensity": 4,
         "sheets": {"arrangement": "crossed", "count": 3, "width": 0.3, "height": 0.7},
         "intruders": intruders,
     }  # fmt: skip

@@ -32,7 +32,7 @@ _SAMPLES, _SAMPLED = 8, 1 << 15
 """Number of frames by which a flame's own colours are measured, and of pixels of each."""
 
 _UNSEEN = np.float32(4e-4)
-"""Light, linear, up to which a flame is not seen before something solid: a step of sRGB."""
+"""Light, linear, up to which what a flame adds to something solid is not seen: a step of sRGB."""
 
 _MOST = np.float32(0.999)
 """The most light of something solid before which a flame can still be told."""
@@ -129,8 +129,8 @@ class Recolouring:
     def _before(self, seen: Light, solid: Light) -> tuple[Light, Values]:
         """Return what ``_coloured`` does of pixels with flame before something ``solid``, (n, 4)
         light and coverage: its light is shown through the flame's as film exposes both."""
-        behind = 1 - np.minimum(solid[:, :3], _MOST)
-        flame = as_plane(np.maximum(1 - (1 - decode_unit(seen[:, :3])) / behind, 0))
+        whole, behind = decode_unit(seen[:, :3]), 1 - np.minimum(solid[:, :3], _MOST)
+        flame = as_plane(np.maximum(1 - (1 - whole) / behind, 0))
         alone = np.hstack([encode_unit(flame), np.ones_like(flame[:, :1])])
         alone[:, 3] = needed(alone, self.colours.blend_space)
         coloured = self.colours.of_flame(alone)
@@ -138,7 +138,7 @@ class Recolouring:
         coloured[:, :3] = encode_unit(as_plane(light))
         coloured[:, 3] += solid[:, 3] * (1 - coloured[:, 3])
         coloured[:, 3] = np.maximum(coloured[:, 3], needed(coloured, self.colours.blend_space))
-        return coloured, as_plane(flame.max(axis=1) > _UNSEEN)
+        return coloured, as_plane((whole - solid[:, :3]).max(axis=1) > _UNSEEN)
 
 
 def _own_colours(clip: Clip, context: BuildContext) -> OwnColours:
