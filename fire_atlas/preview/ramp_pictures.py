@@ -43,6 +43,7 @@ def ramp_pictures(atlas: AtlasFile) -> list[RampPicture]:
     if straight[..., 3].min() == 255:
         return []
     image = Image.fromarray(straight)
+    image = image.crop(image.getchannel("A").getbbox())
     image.thumbnail((_SIDE, _SIDE))
     small = np.asarray(image)
     seen = shown(to_light(small).reshape(-1, 4), "srgb")

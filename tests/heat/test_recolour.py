@@ -144,6 +144,27 @@ def test_smoke_and_a_wick_are_unchanged_to_the_byte(tmp_path: Path) -> None:
         assert pale > 50 and changed > 2000
 
 
+def test_red_wax_on_black_footage_stays_red(tmp_path: Path) -> None:
+    (tmp_path / "clip").mkdir()
+    natural = ramp_of("campfire", "srgb")[:, :3]
+    y, x = np.mgrid[:128, :128]
+    for i in range(8):
+        tip = 30 + 12 * np.sin(2 * np.pi * i / 8)
+        sway = 7 * np.sin(2 * np.pi * (i / 8 + y / 60))
+        flame = np.clip(1 - np.abs(x - 64 - sway) / 10, 0, 1) * ((y > tip) & (y < 90))
+        picture = natural[np.rint(255 * flame).astype(int)]
+        picture[96:, 40:88] = 170, 44, 30
+        Image.fromarray(picture).save(tmp_path / "clip" / f"{i:04}.png")
+    source = {"path": str(tmp_path / "clip"), "fps": 12, "matte": "luminance"}
+    recipe = {"source": source, "atlas": {"trim": "none"}, **PLAIN}
+    own = frames_of(build(tmp_path / "own", **recipe))
+    blue = frames_of(build(tmp_path / "blue", composite={"ramp": "gas"}, **recipe))
+    for before, after in zip(own, blue, strict=True):
+        np.testing.assert_array_equal(before[98:, 42:86], after[98:, 42:86])
+        core = after[50:88, 50:78].reshape(-1, 4).astype(int)
+        assert (core[:, 2] >= core[:, 0]).all(), "the flame is blue"
+
+
 @pytest.mark.slow
 def test_logs_and_wax_that_are_drawn_with_the_fire_are_unchanged(tmp_path: Path) -> None:
     intruders = [
@@ -152,7 +173,7 @@ def test_logs_and_wax_that_are_drawn_with_the_fire_are_unchanged(tmp_path: Path)
          "strength": 0},
     ]  # fmt: skip
     source = {
-        "kind": "silk", "width": 128, "height": 128, "foot": 0.2, "glow": 0.03,
+        "kind": "silk", "width": 128, "height": 128, "foot": 0.2, "glow": 0.03, "intensity": 4,
         "sheets": {"arrangement": "crossed", "count": 3, "width": 0.3, "height": 0.7},
         "intruders": intruders,
     }  # fmt: skip

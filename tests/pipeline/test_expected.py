@@ -18,6 +18,10 @@ from tests.support.repo import Repo
 
 GODOT = {"exports": ["json", "godot"], "tracks": ["csv", "light", "json"]}
 RECIPES: dict[str, dict[str, Any]] = {
+    "ramps": {
+        "composite": {"ramp": ["soul", {"hue": 200}]},
+        "tracks": ["json", "light"], "movies": ["gif"],
+    },
     "godot": GODOT,
     "godot with maps": {
         **GODOT,

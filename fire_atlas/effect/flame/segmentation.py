@@ -96,6 +96,17 @@ class FlameSegmentation:
             return mask
         return mask * self.background.foreground(brightness, pixels())
 
+    def fire_before(self, brightness: Plane, pixels: Pixels) -> Plane:
+        """How much of each pixel of a frame is flame before a scene, (H, W) in 0..1.
+
+        Where fire burns in every frame the background is unknown: there all that is warm and bright
+        is flame.
+        """
+        burning = self.activity * self.fire_of(brightness) * warmth(pixels)
+        if self.background is None:
+            return as_plane(burning)
+        return as_plane(np.maximum(self.background.foreground(brightness, pixels), burning))
+
     def fire_of(self, brightness: Plane) -> Plane:
         """How bright each pixel of a frame is, (H, W) in 0..1, flame or not."""
         return linear_step(brightness, self.dim, self.bright)

@@ -53,8 +53,7 @@ class SimulatedClip:
 
     def in_ramp(self, ramp: RampLight, context: BuildContext) -> Self:
         """Return the clip with flame and flakes in the colours of a ramp."""
-        background = self.study.segmentation.background
-        colours = Recolouring.of(self.clip, background, ramp, context)
+        colours = Recolouring.of(self.clip, self.study.segmentation, ramp, context)
         tracks = None if self.tracks is None else colours.tracks(self.tracks)
         return replace(self, tracks=tracks, recolouring=colours)
 

@@ -97,7 +97,8 @@ def _images(recipe: Recipe) -> Iterator[tuple[str, Role, Channels]]:
 
 def _animation_files(recipe: Recipe) -> Iterator[OutputNames]:
     """Yield the tracks, the light and the movies of each animation."""
-    is_one = not recipe.atlas.members and recipe.views.count == 1 and not recipe.wind.levels
+    several = recipe.atlas.members or recipe.wind.levels or recipe.composite.listed_ramps
+    is_one = recipe.views.count == 1 and not several
     is_known = is_one and recipe.flakes != "none"
     for track in recipe.tracks:
         if track == "light":
