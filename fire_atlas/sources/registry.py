@@ -109,10 +109,11 @@ def examine_source(
         case FramesSource():
             from fire_atlas.sources.frames import examine_frames
             from fire_atlas.sources.framing import PageLimit
-            from fire_atlas.sources.sprites import examine_sprites
 
             path = files[("source", "path")]
             if not recipe.has_effect:
+                from fire_atlas.sources.sprites import examine_sprites
+
                 sprites = examine_sprites(source, path, recipe.name, max_pixels)
                 if sprites is not None:
                     return sprites
