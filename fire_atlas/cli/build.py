@@ -16,7 +16,6 @@ from fire_atlas.outputs.freshness import refresh_time, why_other_bytes, why_stal
 from fire_atlas.outputs.outcome import Outcome, fresh_outcome
 from fire_atlas.outputs.recovery import recover, tidy
 from fire_atlas.recipe.find import find_recipes, refuse_same_outputs
-from fire_atlas.recipe.located import located
 from fire_atlas.recipe.tree import RecipeTree, read_tree
 
 if TYPE_CHECKING:
@@ -184,11 +183,8 @@ def _why_built(tree: RecipeTree, plan: Plan, stale: Container[Path], args: Names
         loaded = load_checked(tree)
 
         from fire_atlas.pipeline.examine import examine_alone  # reads headers: imports numpy
-        from fire_atlas.pipeline.files.written import refuse_taken
 
         examine_alone(loaded, args.max_pixels)
-        with located(tree):
-            refuse_taken(loaded.recipe, folder_of(tree, args), args.overwrite)
     return reason or ("--force" if args.force else None)
 
 

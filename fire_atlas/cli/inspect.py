@@ -2,12 +2,19 @@
 
 import json
 from argparse import Namespace
+from collections.abc import Iterator, Sequence
 
 from fire_atlas.api import inspect_atlas
 from fire_atlas.cli.text import printable
 from fire_atlas.formats.atlas.texture_packer import read_atlas
 from fire_atlas.formats.templates.context import context_of
+from fire_atlas.preview.inspection import Inspection
 from fire_atlas.preview.tables import DETAILS, summary
+
+
+def _details(found: Inspection, names: Sequence[str]) -> Iterator[str]:
+    for name in names:
+        yield from list(DETAILS[name](found).lines()) or [f"{name}: none"]
 
 
 def run(args: Namespace) -> int:
@@ -19,8 +26,6 @@ def run(args: Namespace) -> int:
     if args.json:
         print(json.dumps(found.as_json(), indent=2, default=list))
         return 0
-    details = [DETAILS[name](found) for name in args.details]
-    lines = [line for detail in details for line in detail.lines()] or summary(found)
-    for line in lines:
+    for line in summary(found) if not args.details else _details(found, args.details):
         print(printable(line))
     return 0

@@ -129,7 +129,7 @@ def _named(path: Path, parts: Sequence[Part], pictures: Sequence[Layer], wanted:
         others = _channels_of(parts, wanted)
         what = f"has no colours, only {_some(others)}" if others else "is none of its layers"
         raise SourceError(
-            f"'{wanted}' {what} in {path}; {listed}{did_you_mean(wanted, names)}",
+            f"{path}: '{wanted}' {what}; {listed}{did_you_mean(wanted, names)}",
             key=("source", "layer"),
         )
     if parts[chosen.part].is_deep:

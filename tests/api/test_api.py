@@ -1,14 +1,13 @@
 """The functions of the package, called from Python."""
 
 import doctest
-import shutil
 from pathlib import Path
 
 import pytest
 
 import fire_atlas
 from fire_atlas import api
-from fire_atlas.core.shipped import shipped
+from fire_atlas.cli import main
 from tests.support.repo import Repo, contents
 
 
@@ -21,9 +20,8 @@ def repo(tmp_path: Path) -> Repo:
 
 @pytest.mark.slow
 def test_the_examples_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    shutil.copytree(shipped("samples") / "campfire", tmp_path / "samples" / "campfire")
-    shutil.copy(shipped("recipes") / "campfire.yaml", tmp_path)
     monkeypatch.chdir(tmp_path)
+    assert main(["init", "campfire"]) == 0
     assert doctest.testmod(api) == (0, 10)
 
 

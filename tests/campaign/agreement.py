@@ -42,6 +42,7 @@ def run(count: int | None, seed: int) -> list[str]:
     with tempfile.TemporaryDirectory(prefix="agreement-") as name:
         folder = Path(name)
         recipes = _write_inputs(folder)
+        (folder / "out").mkdir()  # some errors list what lies beside the recipe
         for kind, recipe in recipes.items():
             path = folder / "case.yaml"
             path.write_text(json.dumps(recipe), encoding="utf-8")

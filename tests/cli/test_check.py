@@ -21,8 +21,9 @@ def test_every_recipe_of_a_folder_is_checked(run: Run, campfire: Path) -> None:
     campfire.with_name("bad.yaml").write_text("source: {path: clip, fsp: 3}\n")
     result = run("check", ".")
     assert result.returncode == 2
-    assert result.stdout == "campfire.yaml: ok\n"
-    assert "bad.yaml:1: source.fsp: unknown key; did you mean source.fps?" in result.stderr
+    fault = "bad.yaml:1: source.fsp: unknown key; did you mean source.fps?"
+    assert result.stdout == f"campfire.yaml: ok\n2 recipes: 1 ok, 1 failed\n  {fault}\n"
+    assert f"error: {fault}" in result.stderr
 
 
 def test_files_that_are_links_in_a_circle_are_missing(run: Run, campfire: Path) -> None:

@@ -253,7 +253,7 @@ def test_a_pipe_or_a_file_that_comes_meanwhile_is_not_replaced(
     if comes == "before":
         os.mkfifo(target)
     else:
-        monkeypatch.setattr("fire_atlas.cli.preview.animated_image", make_while_another_writes)
+        monkeypatch.setattr("fire_atlas.preview.write.animated_image", make_while_another_writes)
     assert main(["preview", str(atlas), "--apng", "-o", str(target)]) == 1
     assert "x.png: exists already" in capsys.readouterr().err
     assert target.is_fifo() if comes == "before" else target.read_text() == "mine"
@@ -328,7 +328,7 @@ def test_inspect_counts_frames_page_by_page(run: Run, atlas: Path) -> None:
     stated = run("inspect", atlas.name, "--pages", "--frames").stdout
     assert "18.8 %" in stated
     assert "100.0 %" in stated
-    assert "2, to 6..10 x 4..8" in stated
+    assert "2, to 6 x 4" in stated
     assert "flakes" not in run("inspect", atlas.name).stdout.replace("--flakes", "")
 
 

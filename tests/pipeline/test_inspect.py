@@ -32,7 +32,7 @@ def test_the_class_of_the_fire_is_said(repo: Repo) -> None:
 
 
 def test_without_flakes_nothing_is_said_of_them(repo: Repo) -> None:
-    assert "flakes" not in inspected(repo, flakes="none", motion_blur="none")
+    assert inspected(repo, flakes="none", motion_blur="none") == "flakes: none\n"
 
 
 def test_an_atlas_without_its_manifest_is_described(repo: Repo) -> None:

@@ -216,7 +216,7 @@ def test_layers_of_other_formats_are_refused(ending: str, tmp_path: Path) -> Non
         fire.write_video(path, fire.fires(3), "libx264", "yuv420p")
     else:
         fire.images(fire.fires(1))[0].convert("RGB").save(path)
-    with pytest.raises(SourceError, match=rf"a\.{ending}: source\.layer names a layer of EXR"):
+    with pytest.raises(SourceError, match=rf"names a layer of EXR files, but .*a\.{ending} is "):
         fire.open_clip(path, layer="glow")
 
 

@@ -154,7 +154,9 @@ def test_a_crop_beyond_the_frames_is_refused(crop: tuple[int, ...], tmp_path: Pa
         film(tmp_path / "a.mp4", 3, (120, 200)),
         fire.write_folder(tmp_path / "f", flames(2, (120, 200))),
     ):
-        with pytest.raises(SourceError, match=r"reaches beyond the frames, which are 200x120"):
+        with pytest.raises(
+            SourceError, match=r"reaches beyond the frames of .*, which are 200x120"
+        ):
             opened(path, crop=crop)
 
 

@@ -1,7 +1,6 @@
 """Write the outputs of a build but its images: the files that describe them, and the manifest."""
 
 from collections.abc import Iterable, Mapping
-from pathlib import Path
 from typing import Any
 
 from fire_atlas.atlas.sheet import AtlasSheet
@@ -29,18 +28,10 @@ def refuse_taken_names(recipe: Recipe, staging: Staging) -> None:
     Raises:
         OutputError: The name of an output that is known already is taken.
     """
-    for name, _ in expected_outputs(recipe):
+    expected = list(expected_outputs(recipe))
+    for name, _ in expected:
         staging.refuse(name)
-    refuse_taken(recipe, staging.out, staging.overwrite)
-
-
-def refuse_taken(recipe: Recipe, out: Path, overwrite: bool) -> None:
-    """Refuse a build into the folder ``out`` that would replace files that are not its own.
-
-    Raises:
-        OutputError: The name of an output that is known already is taken.
-    """
-    refuse_replacing(FolderManifests.read(out, recipe.name), expected_outputs(recipe), overwrite)
+    refuse_replacing(FolderManifests.read(staging.out, recipe.name), expected, staging.overwrite)
 
 
 def write_files(files: Iterable[OutputFile], staging: Staging) -> list[OutputEntry]:
