@@ -182,9 +182,10 @@ def _why_built(tree: RecipeTree, plan: Plan, stale: Container[Path], args: Names
 
         loaded = load_checked(tree)
 
-        from fire_atlas.pipeline.examine import examine_alone  # reads headers: imports numpy
+        if not any(other in stale for other in plan.before[tree.path]):  # else inputs are to come
+            from fire_atlas.pipeline.examine import examine_alone  # reads headers: imports numpy
 
-        examine_alone(loaded, args.max_pixels)
+            examine_alone(loaded, args.max_pixels)
     return reason or ("--force" if args.force else None)
 
 

@@ -131,7 +131,7 @@ def test_a_failed_recipe_does_not_stop_the_others(repo: Repo) -> None:
     repo.recipe("b_bad.yaml", flakes={"rate": "x"})
     ran = repo.run("build", repo.folder)
     assert ran.code == 2
-    assert ran.out.splitlines()[-1] == "5 recipes: 3 built, 2 failed"
+    assert "5 recipes: 3 built, 2 failed" in ran.out.splitlines()
     errors = [line for line in ran.err.splitlines() if line.startswith("error: ")]
     assert len(errors) == 2
     assert any("nowhere: does not exist" in line for line in errors)
@@ -143,7 +143,7 @@ def test_fail_fast_starts_no_other_recipe(repo: Repo) -> None:
     repo.recipe("a_bad.yaml", path="nowhere")
     ran = repo.run("build", repo.folder, "--fail-fast", "--jobs", "1")
     assert ran.code == 1
-    assert ran.out.splitlines()[-1] == "4 recipes: 1 failed, 3 not built"
+    assert "4 recipes: 1 failed, 3 not built" in ran.out.splitlines()
     assert not list(repo.folder.glob("build/*.png"))
 
 
@@ -152,7 +152,7 @@ def test_fail_fast_stops_at_a_recipe_that_cannot_be_read(repo: Repo) -> None:
     (repo.folder / "z.yaml").write_text("source: {path: [")
     ran = repo.run("build", repo.folder, "--fail-fast")
     assert ran.code == 2
-    assert ran.out.splitlines()[-1] == "3 recipes: 1 failed, 2 not built"
+    assert "3 recipes: 1 failed, 2 not built" in ran.out.splitlines()
 
 
 def test_json_lines_are_whole_and_name_their_recipe(repo: Repo) -> None:
@@ -223,7 +223,7 @@ def test_what_reads_the_outputs_of_a_failed_recipe_is_not_built(repo: Repo) -> N
     reads(repo, "dawn", "build/early.png")
     ran = repo.run("build", repo.folder)
     assert ran.code == 1
-    assert ran.out.splitlines()[-1] == "5 recipes: 2 built, 3 failed"
+    assert "5 recipes: 2 built, 3 failed" in ran.out.splitlines()
     assert "early.yaml: not built, because it reads what" in ran.err
     assert "dawn.yaml: not built, because it reads what" in ran.err
 
@@ -252,7 +252,7 @@ def test_members_are_no_prerequisites(repo: Repo) -> None:
     repo.recipe("good.yaml")
     dry = repo.run("build", repo.folder, "--dry-run").out
     assert "is built before" not in dry
-    assert repo.run("build", repo.folder).out.endswith("3 recipes: 2 built, 1 failed\n")
+    assert "3 recipes: 2 built, 1 failed" in repo.run("build", repo.folder).out.splitlines()
 
 
 posix = pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="signals, /proc of Linux")
