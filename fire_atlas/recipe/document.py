@@ -202,10 +202,9 @@ def _scalar(node: yaml.ScalarNode, at: KeyPath) -> Value:
         raise _unknown_tag(node, at)
     wrong = None
     try:
-        if len(node.value) > _MAX_DIGITS:
-            raise OverflowError
-        value: Value = construct(SafeConstructor(), node)
-        if isinstance(value, int) and abs(value) > _LARGEST:
+        too_long = len(node.value) > _MAX_DIGITS
+        value: Value = 0 if too_long else construct(SafeConstructor(), node)
+        if too_long or (isinstance(value, int) and abs(value) > _LARGEST):
             wrong = "is too large for any key"
     except (ValueError, OverflowError, KeyError, IndexError, ConstructorError):
         wrong = "cannot be read"

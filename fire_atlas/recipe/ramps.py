@@ -46,7 +46,7 @@ def existing_ramps(tree: RecipeTree, key: tuple[str, str]) -> list[Path]:
         with located(tree, where):
             if not path.is_file():
                 raise SourceError(
-                    f"is neither a ready ramp ({', '.join(READY_RAMPS)}{_WORDS[key]}) nor an "
-                    f"image: there is no {path}"
+                    f"{path.name} is neither a ready ramp ({', '.join(READY_RAMPS)}{_WORDS[key]}) "
+                    f"nor an image: there is no {path}"
                 )
     return list(dict.fromkeys(found.values()))

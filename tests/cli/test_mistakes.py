@@ -292,9 +292,9 @@ MISTAKES: dict[str, tuple[int, str, str]] = {
         "fire.yaml:2: timeline.frames: asks for more than the 6 frames",
     ),
     "a timeline of several sizes": (
-        2,
+        1,
         "source: {path: sizes}\nflakes: none\nmotion_blur: none\ntimeline:\n  frames: 3\n",
-        "fire.yaml:4: timeline: edits a single clip",
+        "fire.yaml:1: source.path: * all frames must have one size (to pack images of different",
     ),
     "far too many pixels": (
         1,

@@ -177,13 +177,3 @@ def test_a_recipe_that_only_packs_keeps_its_frames(repo: Repo) -> None:
     repo.built(repo.recipe(flakes="none", motion_blur="none", timeline={"loop": "crossfade"}))
     cut = json.loads((repo.build / "fire.json").read_text(encoding="utf-8"))
     assert len(cut["frames"]) == 13 and cut["meta"]["fireAtlas"]["loops"]["fire"]
-
-
-def test_several_animations_cannot_be_cut_or_retimed(repo: Repo) -> None:
-    folder = repo.folder / "clip"
-    _sliding(repo)
-    (folder / "0000.png").rename(folder / "walk_1.png")
-    (folder / "0001.png").rename(folder / "run_1.png")
-    recipe = repo.recipe(flakes="none", motion_blur="none", timeline={"fps": 60})
-    ran = repo.run("build", recipe)
-    assert ran.code == 2 and "remove every timeline setting" in ran.err

@@ -51,9 +51,7 @@ def check_page_count(
     remedies = list(_remedies(PageFrames.of(sheet), loaded, animations, wanted))
     advice = f"{enough} with {_one_of(remedies)}" if remedies else "fewer or smaller frames help"
     if atlas.max_pages != "none":
-        key = ("atlas", "max_pages")
-        where = loaded.tree.origin(key).locate(key)
-        raise OutputError(f"{where}: the build needs {count} pages; {advice}")
+        raise OutputError(f"the build needs {count} pages; {advice}", key=("atlas", "max_pages"))
     context.progress.note(f"needs {count} pages; {advice}")
 
 
