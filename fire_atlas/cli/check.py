@@ -28,7 +28,7 @@ def run(args: Namespace) -> int:
         if len(paths) > 1 and not (args.quiet or args.resolved):
             numbers = {"ok": len(paths) - len(failed), "failed": len(failed)}
             parts = ", ".join(f"{number} {what}" for what, number in numbers.items() if number)
-            print(f"{len(paths)} recipes: {parts}")
+            print(printable(f"{len(paths)} recipes: {parts}"))
             print_failed(failed)
     return failures.worst_code
 

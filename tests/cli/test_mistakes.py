@@ -251,8 +251,8 @@ MISTAKES: dict[str, tuple[int, str, str]] = {
     ),
     "too few frames to learn from": (
         1,
-        "source:\n  kind: profile\n  path: clip\n",
-        "fire.yaml:3: source.path: *has 6 frames; a profile",
+        "source:\n  kind: profile\n  path: clip\n  count: 2\n",
+        "fire.yaml:3: source.path: *has 2 frames; a profile",
     ),
     # Limits that only the work itself shows.
     "silk too stiff": (

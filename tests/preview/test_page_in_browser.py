@@ -314,9 +314,7 @@ def sprites(folder: Path) -> Path:
             image[i : side - 4, 4:] = (40 * i + 50, 90, 200, 255)
             Image.fromarray(image).save(folder / "clip" / f"{name}_{i}.png")
     recipe = folder / "hero.yaml"
-    recipe.write_text(
-        json.dumps({"source": {"path": "clip"}, "flakes": "none", "motion_blur": "none"})
-    )
+    recipe.write_text(json.dumps({"source": {"kind": "sprites", "path": "clip"}}))
     return recipe
 
 
