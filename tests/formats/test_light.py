@@ -158,16 +158,3 @@ def test_flakes_add_the_light_that_film_shows_of_them(
     dim, bright = light_of(intensity=12), light_of(intensity=120)
     assert dark == without
     assert without < 0.99 * dim < dim < bright < without + 10 * (dim - without)
-
-
-def test_sprites_of_several_animations_have_a_light_each(
-    tmp_path: Path, images: list[NDArray[np.uint8]]
-) -> None:
-    for i, path in enumerate(sorted((tmp_path / "clip").glob("*.png"))):
-        path.rename(path.with_name(f"{'walk' if i < 4 else 'run'}_{i}.png"))
-    build = built(tmp_path, flakes="none", motion_blur="none")
-    counts = {
-        path.name: json.loads(path.read_bytes())["frame_count"]
-        for path in build.glob("*.light.json")
-    }
-    assert counts == {"fire.walk.light.json": 4, "fire.run.light.json": 2}

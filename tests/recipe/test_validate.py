@@ -100,7 +100,7 @@ def advice(path: Path, *overrides: str) -> list[str]:
         (
             "composite: {zzz: 1}",
             "2: composite.zzz",
-            "unknown key; the keys here are blend, intensity, palette",
+            "unknown key; the keys here are blend, intensity, palette, ramp",
         ),
         (
             "exports: [{unity: {ppu: 3}}]",

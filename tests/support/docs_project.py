@@ -21,8 +21,8 @@ INPUTS = {
 }
 """Inputs that examples name -> the samples that stand in for them."""
 
-_ICONS = {"hud/close": 16, "hud/open": 24, "items/coin_01": 32, "items/coin_02": 32}
-"""Sides of square icons, px, by their names."""
+_SPRITES = {"hud/close": 16, "hud/open": 24, "panel": 24, "coin_01": 32, "coin_02": 32}
+"""Sides of square pictures, px, by their names, in the folders ``icons`` and ``ui``."""
 
 TEMPLATE = "return { {% for f in frames %}{{ f.x }}, {% endfor %} }"
 
@@ -40,13 +40,13 @@ def make_project(folder: Path) -> None:
         even = (fire.width // 2 * 2, fire.height // 2 * 2)
         frames.append(np.asarray(Image.alpha_composite(black, fire).resize(even)))
     write_video(folder / "clips/fire.mp4", frames, "libx264", "yuv420p", {"crf": "12"}, rate=24)
-    for name, side in _ICONS.items():
-        path = folder / "icons" / f"{name}.png"
-        path.parent.mkdir(parents=True, exist_ok=True)
+    for name, side in _SPRITES.items():
         y, x = np.mgrid[:side, :side] / side - 0.5
         inside = np.hypot(x, y) < 0.45
         colour = np.array([255, 255 - 4 * side, 32, 255]) * inside[..., None]
-        Image.fromarray(colour.astype(np.uint8)).save(path)
+        for path in (folder / "icons" / f"{name}.png", folder / "ui" / f"{name}.png"):
+            path.parent.mkdir(parents=True, exist_ok=True)
+            Image.fromarray(colour.astype(np.uint8)).save(path)
     (folder / "my.j2").write_text(TEMPLATE)
     (folder / "game").mkdir()
     (folder / "game/project.godot").write_text("config_version=5\n")
