@@ -100,7 +100,7 @@ def advice(path: Path, *overrides: str) -> list[str]:
         (
             "composite: {zzz: 1}",
             "2: composite.zzz",
-            "unknown key; the keys here are blend, intensity, palette, ramp",
+            "unknown key; the keys here are ramp, blend, intensity, palette",
         ),
         (
             "exports: [{unity: {ppu: 3}}]",
