@@ -316,7 +316,7 @@ def test_a_folder_without_images_and_a_path_of_nothing_are_refused(icons: Icons)
     (icons.folder / "art/hud").mkdir(parents=True)
     (icons.folder / "art/hud/readme.txt").touch()
     icons.refused("holds 'readme.txt', but no image")
-    icons.refused("holds nothing, but no image", source={"path": "art/*.png"})
+    icons.refused("holds nothing; sprites end in", source={"path": "art/*.png"})
     icons.refused("did you mean 'art'?", source={"path": "arts"})
 
 
