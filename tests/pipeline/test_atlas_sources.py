@@ -110,7 +110,7 @@ def test_a_profile_is_no_atlas(repo: Repo) -> None:
     (repo.folder / "fire.profile.json").write_text(json.dumps({"format": "fire-atlas/profile"}))
     source = {"kind": "profile", "path": "fire.profile.json"}
     ran = repo.run("check", repo.recipe("fire.yaml", source=source))
-    assert ran.code == 0, ran.err
+    assert ran.code == 1 and "fire.profile.json: is damaged at version" in ran.err
 
 
 @pytest.mark.parametrize(
