@@ -146,7 +146,7 @@ def page_has_haze(repo: Repo, name: str, i: int) -> bool:
 
 def test_sprites_have_no_haze_and_rotated_frames_no_vectors(repo: Repo) -> None:
     repo.clip(4)
-    haze = {"maps": {"haze": True}}
+    haze: dict[str, Any] = {"maps": {"haze": True}}
     ran = repo.run("build", repo.recipe(source={"kind": "sprites", "path": "clip"}, **haze))
     assert ran.code == 2 and "fire.yaml:1: maps" in ran.err
     ran = repo.run("check", repo.recipe(**haze, flakes="none", atlas={"rotate": True}))

@@ -265,7 +265,7 @@ def test_black_bodies_need_painted_fire() -> None:
 def test_a_clip_with_too_few_frames_says_how_many_there_are() -> None:
     with pytest.raises(SourceError, match="has 5 frames"):
         cut_texture(still_clip((1, 0.5, 0), 5), 8, (64, 32), "short.gif")
-    with pytest.raises(SourceError, match=r"seeds \[3, 9\].*0 to 4"):
+    with pytest.raises(SourceError, match=r"seeds: \[3, 9\].*0 to 4"):
         synthesise_from_clip(still_clip((1, 0.5, 0), 5), (3, 9), 8, (64, 32), "short.gif", 0)
 
 
