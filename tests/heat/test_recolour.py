@@ -335,7 +335,7 @@ def test_an_image_that_is_missing_is_named(
     path.write_text(yaml.safe_dump(recipe))
     assert main(["build", "-q", str(path)]) == 1
     error = capsys.readouterr().err
-    assert "composite.ramp.1: is neither a ready ramp (campfire, gas," in error
+    assert "composite.ramp.1: sol is neither a ready ramp (campfire, gas," in error
 
 
 def test_a_member_in_a_ramp_is_refused_where_pages_store_heat(
