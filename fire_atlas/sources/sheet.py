@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from functools import cache
 from math import ceil, floor
 from pathlib import Path
+from threading import Lock
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,11 +69,17 @@ def open_sheet(
     whole = columns.length.is_integer() and rows.length.is_integer()
     cell = _whole_cell if whole else _fractional_cell
 
+    lock = Lock()
+
     @cache
-    def sheet() -> Picture:
+    def decoded() -> Picture:
         picture = decode(path, header)
         picture.flags.writeable = False
         return picture
+
+    def sheet() -> Picture:
+        with lock:  # else several threads that come first would each decode it
+            return decoded()
 
     return FrameReader(
         width=_nearest(columns.length),

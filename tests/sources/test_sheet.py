@@ -1,5 +1,6 @@
 """Sprite sheets: whole cells untouched, others sampled where they really lie."""
 
+import time
 from pathlib import Path
 from typing import Any
 
@@ -10,8 +11,12 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from fire_atlas.core.errors import SourceError
+from fire_atlas.core.picture import Picture
 from fire_atlas.core.pixels import Pixels
+from fire_atlas.core.workers import Workers
 from fire_atlas.recipe.source import Grid
+from fire_atlas.sources.header import Header
+from fire_atlas.sources.images import decode
 from fire_atlas.sources.sheet import likely_grid, open_sheet
 from tests.support import synthetic_fire as fire
 
@@ -222,3 +227,21 @@ def test_a_grid_on_a_folder_is_refused(tmp_path: Path) -> None:
     folder = fire.write_folder(tmp_path / "f", fire.fires())
     with pytest.raises(SourceError, match=r"cuts one image into cells, but .* is 6 images"):
         fire.open_clip(folder, grid={"columns": 2, "rows": 2})
+
+
+def test_a_sheet_is_decoded_once_however_many_threads_come_first(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = fire.write_sheet(tmp_path / "sheet.png", fire.fires(6), columns=3)
+    decoded = list[Path]()
+
+    def slowly(path: Path, header: Header) -> Picture:
+        decoded.append(path)
+        time.sleep(0.05)
+        return decode(path, header)
+
+    monkeypatch.setattr("fire_atlas.sources.sheet.decode", slowly)
+    reader = open_sheet(path, Grid(columns=3, rows=2))
+    with Workers(4) as workers:
+        assert len(list(workers.map(reader.read, range(6)))) == 6
+    assert decoded == [path]
