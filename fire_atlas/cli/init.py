@@ -74,7 +74,7 @@ def _recipe_for(path: Path, args: Namespace) -> dict[Path, bytes]:
     from fire_atlas.core.context import BuildOptions
     from fire_atlas.pipeline.propose import holds_sprites, propose, propose_sprites
 
-    if holds_sprites(path):
+    if holds_sprites(path, args.max_pixels):
         found, keys = propose_sprites(target, source), _keys_of_sprites(source)
     else:
         proposal = propose(target, source, BuildOptions.of(args.jobs, args.max_pixels))

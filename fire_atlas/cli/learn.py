@@ -9,10 +9,9 @@ from fire_atlas.cli.progress import view_for
 from fire_atlas.cli.text import printable
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.outputs.staging import Staging, refuse_existing
-from fire_atlas.recipe.document import Document, parse_override
+from fire_atlas.recipe.document import parse_override, stated_source
 from fire_atlas.recipe.inherit import merge
 from fire_atlas.recipe.load import LoadedRecipe, load_tree
-from fire_atlas.recipe.problem import COMMAND_LINE, KeyPath
 from fire_atlas.recipe.source import ProfileSource
 from fire_atlas.recipe.tree import RecipeTree
 
@@ -90,9 +89,7 @@ def _as_recipe(clip: Path, side: Path | None, overrides: Sequence[str]) -> Loade
     source: dict[str, str] = {"kind": "profile", "path": str(clip.absolute())}
     if side is not None:
         source["side_path"] = str(side.absolute())
-    places: list[KeyPath] = [("source",), *(("source", key) for key in source)]
-    origins = dict.fromkeys(places, COMMAND_LINE)
-    document = Document({"source": dict(source)}, origins)
+    document = stated_source(source)
     for text in overrides:
         document = merge(document, parse_override(f"source.{text}"))
     return load_tree(RecipeTree(Path("learn"), document.values, document.origins, ()))

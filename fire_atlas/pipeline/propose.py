@@ -11,7 +11,7 @@ from fire_atlas.pipeline.animation.classify import classify
 from fire_atlas.pipeline.animation.prepare import prepare
 from fire_atlas.pipeline.input.check import CheckedRecipe, load_checked
 from fire_atlas.pipeline.input.open import open_input
-from fire_atlas.recipe.problem import COMMAND_LINE, KeyPath
+from fire_atlas.recipe.document import stated_source
 from fire_atlas.recipe.tree import RecipeTree
 from fire_atlas.sources.images import read_header
 from fire_atlas.sources.listing import list_sprites
@@ -74,18 +74,19 @@ def propose(recipe: Path, source: str, options: BuildOptions) -> Proposal:
     )
 
 
-def holds_sprites(path: Path) -> bool:
+def holds_sprites(path: Path, max_pixels: int) -> bool:
     """Return whether a folder holds pictures for packing alone, not the frames of one clip: of
     several sizes, or in folders of its own.
 
     Raises:
-        SourceError: It cannot be searched, or a picture is broken.
+        SourceError: It cannot be searched, or a picture is broken or has more than ``max_pixels``.
     """
     if not path.is_dir():
         return False
     files = list_sprites([path])
-    sizes = ((header.width, header.height) for header in map(read_header, files))
-    return any(file.parent != path for file in files) or len(set(sizes)) > 1
+    headers = (read_header(file, max_pixels) for file in files)
+    sizes = {(header.width, header.height) for header in headers}
+    return any(file.parent != path for file in files) or len(sizes) > 1
 
 
 def propose_sprites(recipe: Path, source: str) -> tuple[str, ...]:
@@ -104,9 +105,8 @@ def propose_sprites(recipe: Path, source: str) -> tuple[str, ...]:
 
 def _loaded(recipe: Path, source: dict[str, str]) -> CheckedRecipe:
     """Return a recipe, which need not exist, that says nothing but its source."""
-    places: list[KeyPath] = [(), ("source",), *(("source", key) for key in source)]
-    origins = dict.fromkeys(places, COMMAND_LINE)
-    return load_checked(RecipeTree(recipe, {"source": dict(source)}, origins, ()))
+    document = stated_source(source)
+    return load_checked(RecipeTree(recipe, document.values, document.origins, ()))
 
 
 class _Notes(SilentProgress):

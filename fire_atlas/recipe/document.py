@@ -73,6 +73,12 @@ def parse_override(text: str) -> Document:
     return Document(_nest(value, path), {**_parents(path), **origins})
 
 
+def stated_source(source: dict[str, str]) -> Document:
+    """Return a document with these keys of ``source`` alone, as if the command line stated them."""
+    places: list[KeyPath] = [(), ("source",), *(("source", key) for key in source)]
+    return Document({"source": dict(source)}, dict.fromkeys(places, COMMAND_LINE))
+
+
 def parse_value(text: str, at: KeyPath) -> tuple[Value, dict[KeyPath, Origin]]:
     """Parse a value given on the command line for the key ``at``; return it with its origins."""
     builder = _ValueBuilder(None)

@@ -246,6 +246,8 @@ def test_a_folder_of_pictures_of_many_sizes_gets_a_recipe_for_sprites(
         path = elsewhere / "icons" / f"{name}.png"
         path.parent.mkdir(parents=True, exist_ok=True)
         Image.new("RGBA", (8 + i, 8), "red").save(path)
+    assert main(["init", "icons", "--limit-pixels", "60"]) == 1
+    assert "coin_1.png: 10x8 is too large" in capsys.readouterr().err
     assert main(["init", "icons"]) == 0
     said = capsys.readouterr().out
     assert "icons: 4 sprites; animations: coin, 2 frames\n" in said
