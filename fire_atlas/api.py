@@ -42,9 +42,9 @@ from fire_atlas.pipeline.build import build as build_loaded
 from fire_atlas.pipeline.examine import examine_alone
 from fire_atlas.pipeline.input.check import CheckedRecipe, load_checked
 from fire_atlas.preview.inspection import Inspection, inspection_of
+from fire_atlas.preview.kinds import PreviewKind, color_of, is_preview, preview_of
 from fire_atlas.preview.sentences import BuildSentences
 from fire_atlas.preview.singles import with_singles_played
-from fire_atlas.preview.write import PreviewKind, color_of, is_preview, preview_of
 from fire_atlas.recipe.tree import read_tree
 
 

@@ -11,8 +11,8 @@ from fire_atlas.cli.text import printable
 from fire_atlas.formats.atlas.texture_packer import read_atlas
 from fire_atlas.outputs.folder import default_folder, make_folder
 from fire_atlas.outputs.staging import refuse_existing, write_whole
+from fire_atlas.preview.kinds import color_of, is_preview, preview_of
 from fire_atlas.preview.singles import with_singles_played
-from fire_atlas.preview.write import color_of, is_preview, preview_of
 from fire_atlas.recipe.tree import RecipeTree, is_recipe, read_tree
 
 _SUFFIX = {"page": ".html", "gif": ".gif", "webp": ".webp", "apng": ".png", "sheet": ".sheet.png"}

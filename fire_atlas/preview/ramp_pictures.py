@@ -11,8 +11,8 @@ from fire_atlas.atlas.encode import as_straight
 from fire_atlas.core.picture import to_light
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.formats.atlas.texture_packer import AtlasFile
+from fire_atlas.heat.ramp_colours import HeatColours, Light, OwnColours, shown
 from fire_atlas.heat.ready import ready_light
-from fire_atlas.heat.recolour import HeatColours, Light, OwnColours, shown
 from fire_atlas.preview.cut_frames import cut_frames, shown_alpha
 from fire_atlas.recipe.ramps import READY_RAMPS
 

@@ -22,8 +22,8 @@ from fire_atlas.formats.atlas.texture_packer import read_atlas
 from fire_atlas.formats.movies.movie import schedule
 from fire_atlas.preview.blend import blend
 from fire_atlas.preview.cut_frames import cut_frames
+from fire_atlas.preview.kinds import PreviewKind, is_preview
 from fire_atlas.preview.pictures import AnimationKind, animated_image, contact_sheet
-from fire_atlas.preview.write import PreviewKind, is_preview
 
 Run = Callable[..., CompletedProcess[str]]
 
@@ -253,7 +253,7 @@ def test_a_pipe_or_a_file_that_comes_meanwhile_is_not_replaced(
     if comes == "before":
         os.mkfifo(target)
     else:
-        monkeypatch.setattr("fire_atlas.preview.write.animated_image", make_while_another_writes)
+        monkeypatch.setattr("fire_atlas.preview.kinds.animated_image", make_while_another_writes)
     assert main(["preview", str(atlas), "--apng", "-o", str(target)]) == 1
     assert "x.png: exists already" in capsys.readouterr().err
     assert target.is_fifo() if comes == "before" else target.read_text() == "mine"

@@ -14,8 +14,7 @@ from fire_atlas.core.picture import Picture, as_light, brightest_shown, brightne
 from fire_atlas.core.pixels import Pixels, Plane, as_plane, decode_unit, encode_unit
 from fire_atlas.effect.flakes.tracks import COLUMNS, Table, Tracks
 from fire_atlas.effect.flame.segmentation import FlameSegmentation
-from fire_atlas.heat.ready import RampLight
-from fire_atlas.heat.recolour import (
+from fire_atlas.heat.ramp_colours import (
     HeatColours,
     Light,
     OwnColours,
@@ -24,6 +23,7 @@ from fire_atlas.heat.recolour import (
     needed,
     shown,
 )
+from fire_atlas.heat.ready import RampLight
 from fire_atlas.recipe.output import Atlas
 from fire_atlas.vision.sampling import evenly_spread
 from fire_atlas.vision.still import still_things

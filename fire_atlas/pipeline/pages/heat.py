@@ -12,8 +12,8 @@ from fire_atlas.core.errors import OutputError, about
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.heat.encode import SEEN_BELOW, ErrorSums, HeatError, error_sums, heat_of
 from fire_atlas.heat.learn import Bins, bins_of, learn_ramp, merged
+from fire_atlas.heat.ramp_colours import OwnColours, keeping, shown_of_bytes
 from fire_atlas.heat.ready import ramp_of_light, ready_light
-from fire_atlas.heat.recolour import OwnColours, keeping, shown_of_bytes
 from fire_atlas.pipeline.animation.contribution import FinishedAnimation
 from fire_atlas.pipeline.animation.render import RenderedFrame
 from fire_atlas.recipe.load import LoadedRecipe
