@@ -77,7 +77,7 @@ class Walker:
 
     def after(self, place: Place, wanted: int) -> Place:
         """Return what a game shows after a frame, when the level with index ``wanted`` is to blow:
-        as `docs/wind.md` says."""
+        as `docs/pages.md` (Wind) says."""
         name, frame = place
         ways = [each for each in self.graph.transitions if each.before == name]
         if name in self.loops:
