@@ -1,11 +1,11 @@
 """Frames in more than 8 bits a channel, kept compressed until their page is drawn."""
 
-import zlib
 from dataclasses import dataclass
 from typing import Any, Self
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
+from zlib_ng import zlib_ng
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,10 +31,10 @@ class CompressedImage:
     def of(cls, image: NDArray[Any], x: int, y: int) -> Self:
         """Compress an image (h, w, 4) that lies at (x, y) of its frame."""
         planes = image.transpose(2, 0, 1).tobytes()
-        return cls(zlib.compress(planes, 1), image.dtype, x, y, image.shape[1], image.shape[0])
+        return cls(zlib_ng.compress(planes, 1), image.dtype, x, y, image.shape[1], image.shape[0])
 
     @property
     def image(self) -> NDArray[Any]:
         """Its pixels, (h, w, 4)."""
-        planes = np.frombuffer(zlib.decompress(self.data), self.dtype)
+        planes = np.frombuffer(zlib_ng.decompress(self.data), self.dtype)
         return planes.reshape(4, self.height, self.width).transpose(1, 2, 0)

@@ -1,6 +1,6 @@
 """A thread pool with results in input order.
 
-Threads suffice: OpenCV, zlib and numpy release the interpreter lock while they work.
+Threads suffice: OpenCV, zlib-ng and numpy release the interpreter lock while they work.
 """
 
 from collections import deque

@@ -4,7 +4,6 @@ import hashlib
 import json
 import os
 import re
-import zlib
 from dataclasses import dataclass
 from functools import cache
 from importlib import metadata
@@ -103,7 +102,6 @@ def tool_digest() -> str:
             digest.update(name.encode())
             with open(path, "rb") as file:  # noqa: PTH123
                 digest.update(file.read())
-    digest.update(f"zlib {zlib.ZLIB_RUNTIME_VERSION}\n".encode())  # Python's own: in every PNG
     for library in libraries():
         digest.update(f"{library} {_version(library)}\n".encode())
     return digest.hexdigest()

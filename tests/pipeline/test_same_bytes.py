@@ -88,6 +88,18 @@ def test_the_environment_changes_nothing(repo: Repo, changes: dict[str, str]) ->
 
 
 @pytest.mark.slow
+def test_the_zlib_inside_python_changes_nothing(repo: Repo) -> None:
+    """That of Windows and of some Linux is zlib-ng, which compresses otherwise."""
+    repo.clip()
+    recipe = repo.recipe(movies=["apng"], **KEYS)
+    here = repo.built(recipe)
+    another = "import sys; from zlib_ng import zlib_ng; sys.modules['zlib'] = zlib_ng"
+    ran = run_alone(script(another, "build", recipe, "--force"))
+    assert ran.code == 0, ran.err
+    assert contents(repo.build) == here
+
+
+@pytest.mark.slow
 def test_two_fresh_processes_write_the_same_manifest(tmp_path: Path) -> None:
     manifests = []
     for place in ("one", "two"):

@@ -14,7 +14,6 @@ import io
 import os
 import sys
 import time
-import zlib
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
@@ -23,6 +22,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+from zlib_ng import zlib_ng
 
 from fire_atlas.atlas.drawing import Edges, draw_page
 from fire_atlas.atlas.pages import build_sheets
@@ -71,9 +71,9 @@ def least(page: Bytes, pool: ThreadPoolExecutor) -> int:
         filtered = np.full((len(rows), 1 + 4 * width), 2, np.uint8)
         filtered[0, 1:] = rows[0] - flat[top - 1] if top else rows[0]
         np.subtract(rows[1:], rows[:-1], out=filtered[1:, 1:])
-        deflate = zlib.compressobj(1, zlib.DEFLATED, -15, 9, zlib.Z_RLE)
-        data = deflate.compress(filtered.data) + deflate.flush(zlib.Z_FULL_FLUSH)
-        zlib.adler32(filtered.data)
+        stream = zlib_ng.compressobj(1, zlib_ng.DEFLATED, -15, 9, zlib_ng.Z_RLE)
+        data = stream.compress(filtered.data) + stream.flush(zlib_ng.Z_FULL_FLUSH)
+        zlib_ng.adler32(filtered.data)
         return len(data)
 
     return sum(pool.map(band, range(0, height, BAND)))

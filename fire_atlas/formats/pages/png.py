@@ -3,15 +3,19 @@
 A page is cut into bands of rows, which are filtered (each row minus the one above) and deflated in
 parallel. Each band ends with a full flush, so that the joined bands are one zlib stream, which does
 not depend on the number of workers.
+
+Compressed by libraries of our own requirements: the zlib inside Python is another one on Windows
+and on some Linux, with other bytes.
 """
 
 import io
 import struct
-import zlib
 from typing import Any, BinaryIO, NamedTuple
 
+import deflate
 import numpy as np
 from numpy.typing import NDArray
+from zlib_ng import zlib_ng
 
 from fire_atlas.core.errors import OutputError
 from fire_atlas.core.pixels import Bytes
@@ -69,9 +73,7 @@ def _write_size(file: BinaryIO, width: int, height: int, bits: int, kind: int) -
 def compressed_pixels(image: Bytes) -> bytes:
     """Return the pixels of an (H, W, 4) uint8 RGBA image as one zlib stream, smaller than a page's
     and by one thread: for the frames of an animation."""
-    image, deflate = np.ascontiguousarray(image), zlib.compressobj(9)
-    bands = range(0, image.shape[0], _BAND_ROWS)
-    return b"".join(deflate.compress(_filtered(image, top).data) for top in bands) + deflate.flush()
+    return bytes(deflate.zlib_compress(_filtered(np.ascontiguousarray(image), 0, len(image)), 9))
 
 
 def write_small_png(file: BinaryIO, image: NDArray[Any], workers: Workers) -> None:
@@ -90,18 +92,18 @@ def write_small_png(file: BinaryIO, image: NDArray[Any], workers: Workers) -> No
 
 
 def _deflate_band(image: Bytes, top: int) -> _Band:
-    rows = _filtered(image, top).data
+    rows = _filtered(image, top, _BAND_ROWS).data
     is_last = top + _BAND_ROWS >= image.shape[0]
-    deflate = zlib.compressobj(1, zlib.DEFLATED, -15, 9, zlib.Z_RLE)
-    deflated = deflate.compress(rows)
-    deflated += deflate.flush(zlib.Z_FINISH if is_last else zlib.Z_FULL_FLUSH)
-    return _Band(deflated, zlib.adler32(rows), rows.nbytes)
+    stream = zlib_ng.compressobj(1, zlib_ng.DEFLATED, -15, 9, zlib_ng.Z_RLE)
+    deflated = stream.compress(rows)
+    deflated += stream.flush(zlib_ng.Z_FINISH if is_last else zlib_ng.Z_FULL_FLUSH)
+    return _Band(deflated, zlib_ng.adler32(rows), rows.nbytes)
 
 
-def _filtered(image: Bytes, top: int) -> Bytes:
-    """Return the band of rows from ``top`` on, filtered by PNG's Up: a byte, then a row's bytes."""
+def _filtered(image: Bytes, top: int, count: int) -> Bytes:
+    """Return ``count`` rows from ``top`` on, filtered by PNG's Up: a byte, then a row's bytes."""
     flat = image.reshape(len(image), -1)
-    band = flat[top : top + _BAND_ROWS]
+    band = flat[top : top + count]
     rows = np.empty((len(band), 1 + flat.shape[1]), np.uint8)
     rows[:, 0] = _FILTER_UP
     rows[0, 1:] = band[0] - flat[top - 1] if top else band[0]
@@ -122,4 +124,4 @@ def write_chunk(file: BinaryIO, kind: bytes, data: bytes) -> None:
     """Write a chunk of a PNG: its length, kind, data and checksum."""
     file.write(struct.pack(">I", len(data)) + kind)
     file.write(data)
-    file.write(struct.pack(">I", zlib.crc32(data, zlib.crc32(kind))))
+    file.write(struct.pack(">I", zlib_ng.crc32(data, zlib_ng.crc32(kind))))
