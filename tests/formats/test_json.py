@@ -1,9 +1,14 @@
 """The JSON formats say where every frame is, in the words of TexturePacker and its readers."""
 
 import json
+from dataclasses import replace
+from itertools import accumulate
 from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pydantic import BaseModel, ConfigDict, Field
 
 from fire_atlas.atlas.pages import build_sheets
 from fire_atlas.atlas.sheet import AtlasSheet
@@ -30,6 +35,7 @@ def test_a_trimmed_frame_tells_where_it_was() -> None:
         "sourceSize": {"w": 60, "h": 60},
         "duration": 41.667,
         "anchor": {"x": 0.5, "y": 0.9},
+        "pivot": {"x": 0.5, "y": 0.9},
     }
 
 
@@ -76,7 +82,7 @@ def test_several_pages_link_from_the_first_and_share_the_animation_out() -> None
     files = exported(sheet)
     assert list(files) == ["campfire.json", "campfire-1.json"]
     links = [file["meta"].get("related_multi_packs") for file in files.values()]
-    assert links == [["campfire-1.json"], None]
+    assert links == [["campfire-1.json"], []]
     for file in files.values():
         assert file["animations"]["campfire"] == list(file["frames"])
     joined = [frame for file in files.values() for frame in file["animations"]["campfire"]]
@@ -103,6 +109,10 @@ def test_all_arrangements_say_the_same_of_each_frame(name: ExportName) -> None:
     (data,) = exported(sheet, name).values()
     (data,) = data["textures"] if name == "phaser" else [data]
     frames = data["frames"].values() if name == "json" else data["frames"]
+    if name == "aseprite":
+        wanted = [frame | {"duration": 42} for frame in wanted]
+        for frame in wanted[1::3]:
+            frame["duration"] = 41
     assert [{k: v for k, v in frame.items() if k != "filename"} for frame in frames] == wanted
 
 
@@ -142,6 +152,29 @@ def test_phaser_gets_all_pages_and_the_animations_in_one_file() -> None:
         ("campfire", -1, 9),
         ("die", 0, 2),
     ]
+    assert data["anims"][0]["frames"][0] == {"key": "campfire", "frame": "campfire/campfire/0000"}
+    assert data["anims"][0]["frameRate"] == pytest.approx(24)
+
+
+class AsepriteFrame(BaseModel):
+    """A frame as a typed reader of Aseprite's files has it: whole numbers, no text for numbers."""
+
+    model_config = ConfigDict(strict=True)
+    filename: str
+    frame: dict[str, int]
+    duration: int = Field(ge=1)
+
+
+@given(fps=st.floats(0.5, 240), count=st.integers(1, 40))
+def test_a_typed_reader_of_aseprites_files_finds_the_length_of_the_animation(
+    fps: float, count: int
+) -> None:
+    sprites = animation_of([(4, 4)] * count)
+    sheet = build_sheets("campfire", [replace(sprites, duration=1000 / fps)], Atlas())[0]
+    frames = exported(sheet, "aseprite")["campfire.aseprite.json"]["frames"]
+    durations = [AsepriteFrame.model_validate(frame).duration for frame in frames]
+    for played, end in enumerate(accumulate(durations), 1):
+        assert end == pytest.approx(played * 1000 / fps, abs=0.501)
 
 
 def test_aseprite_on_several_pages_is_refused_with_advice() -> None:

@@ -42,6 +42,9 @@ _FORMATS = {8: "RGBA8888", 16: "RGBA16161616"}
 _HEAT = "R8"
 """Name of the only channel of a page of heat."""
 
+APP = "fire-atlas (texturepacker format)"
+"""Who wrote the file. Some readers take the format from these words."""
+
 
 def compact(value: Any) -> str:
     """Return strict JSON without spaces."""
@@ -49,8 +52,12 @@ def compact(value: Any) -> str:
 
 
 def frame_entry(region: Region) -> dict[str, Any]:
-    """Return the entry of a frame; its sizes are upright even if it is rotated on the page."""
+    """Return the entry of a frame; its sizes are upright even if it is rotated on the page.
+
+    Its pivot stands there twice: PixiJS and Phaser read `anchor`, older readers `pivot`.
+    """
     size = {"w": region.width, "h": region.height}
+    pivot = {"x": plain(region.anchor[0], 6), "y": plain(region.anchor[1], 6)}
     return {
         "frame": {"x": region.x, "y": region.y, **size},
         "rotated": region.rotated,
@@ -58,7 +65,8 @@ def frame_entry(region: Region) -> dict[str, Any]:
         "spriteSourceSize": {"x": region.trim_x, "y": region.trim_y, **size},
         "sourceSize": {"w": region.frame_width, "h": region.frame_height},
         **({"duration": plain(region.duration, 3)} if region.duration else {}),
-        "anchor": {"x": plain(region.anchor[0], 6), "y": plain(region.anchor[1], 6)},
+        "anchor": pivot,
+        "pivot": pivot,
         **({} if region.border is None else _border_entries(region, region.border)),
         **({} if region.channel is None else {"channel": region.channel}),
         **({} if region.mesh is None else _mesh_entry(region, region.mesh)),
@@ -158,7 +166,7 @@ def page_entry(sheet: AtlasSheet, page: int) -> dict[str, Any]:
 def meta_entry(sheet: AtlasSheet, page: int, regions: Sequence[Region]) -> dict[str, Any]:
     """Return the ``meta`` block of a page with these frames."""
     return {
-        "app": "fire-atlas",
+        "app": APP,
         "version": __version__,
         **page_entry(sheet, page),
         "frameTags": frame_tags(sheet, regions),

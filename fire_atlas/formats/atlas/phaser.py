@@ -3,11 +3,12 @@
 from collections.abc import Iterator
 from typing import Any
 
-from fire_atlas.atlas.sheet import AtlasSheet, Region
+from fire_atlas.atlas.sheet import AtlasSheet
 from fire_atlas.core.decimals import plain
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.core.version import __version__
 from fire_atlas.formats.atlas.entries import (
+    APP,
     about_entry,
     compact,
     frame_entry,
@@ -26,7 +27,7 @@ def export_phaser(sheet: AtlasSheet) -> Iterator[OutputFile]:
     textures = ",\n".join(_texture(sheet, page) for page in range(len(sheet.pages)))
     maps = [entry for i in range(len(sheet.pages)) for entry in map_entries(sheet, i)]
     meta: dict[str, Any] = {
-        "app": "fire-atlas",
+        "app": APP,
         "version": __version__,
         "fireAtlas": about_entry(sheet, 0),
     }
@@ -51,18 +52,16 @@ def _texture(sheet: AtlasSheet, page: int) -> str:
 
 
 def _animations(sheet: AtlasSheet) -> list[dict[str, Any]]:
-    regions = {region.name: region for region in sheet.regions}
+    """Return the animations. All frames of one last equally long, so `frameRate` says it all, and
+    Phaser before 3.80 would add a frame's `duration` to it."""
+    durations = {region.name: region.duration for region in sheet.regions}
     return [
         {
             "key": animation.name,
             "type": "frame",
-            "frames": [_frame(sheet, regions[name]) for name in animation.frames],
-            "frameRate": plain(1000 / regions[animation.frames[0]].duration, 6),
+            "frames": [{"key": sheet.title, "frame": name} for name in animation.frames],
+            "frameRate": plain(1000 / durations[animation.frames[0]], 6),
             "repeat": -1 if animation.loop else 0,
         }
         for animation in sheet.animations
     ]
-
-
-def _frame(sheet: AtlasSheet, region: Region) -> dict[str, Any]:
-    return {"key": sheet.title, "frame": region.name, "duration": plain(region.duration, 3)}

@@ -6,7 +6,9 @@ JSON is the array with frames called "0", "1", ...
 
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import accumulate
+from operator import sub
 from pathlib import Path
 from typing import Any
 
@@ -57,10 +59,15 @@ def _hash_text(sheet: AtlasSheet, page: int) -> str:
 def _linked_meta(
     sheet: AtlasSheet, page: int, regions: Sequence[Region], ending: str
 ) -> dict[str, Any]:
-    """Return the ``meta`` block of a page; only the first links to the files of the others."""
+    """Return the ``meta`` block of a page; only the first links to the files of the others.
+
+    PixiJS reads the list of every page that a game loads by name, and fails without it; for pages
+    that name each other it waits for ever.
+    """
     meta = meta_entry(sheet, page, regions)
-    if page == 0 and len(sheet.pages) > 1:
-        meta["related_multi_packs"] = [sheet.file(i, ending) for i in range(1, len(sheet.pages))]
+    if len(sheet.pages) > 1:
+        others = [] if page else range(1, len(sheet.pages))
+        meta["related_multi_packs"] = [sheet.file(i, ending) for i in others]
     return meta
 
 
@@ -106,8 +113,22 @@ def export_aseprite(sheet: AtlasSheet) -> Iterator[OutputFile]:
             key=("exports",),
         )
     names = [str(i) for i in range(len(sheet.regions))] + [cell.name for cell in sheet.cells]
-    text = _array_text(sheet, 0, sheet.placed, names)
+    text = _array_text(sheet, 0, _in_whole_milliseconds(sheet), names)
     yield OutputFile(sheet.file(0, EXPORTS["aseprite"].ending), "atlas", text.encode())
+
+
+def _in_whole_milliseconds(sheet: AtlasSheet) -> list[Region]:
+    """Return the frames on the pages with durations as Aseprite writes them, which typed readers
+    want. Each frame of an animation ends within half a millisecond of its time."""
+    whole = dict[str, int]()
+    durations = {region.name: region.duration for region in sheet.regions}
+    for animation in sheet.animations:
+        ends = [round(end) for end in accumulate(durations[name] for name in animation.frames)]
+        whole |= zip(animation.frames, map(sub, ends, [0, *ends]), strict=True)
+    return [
+        replace(region, duration=whole.get(region.name, round(region.duration)))
+        for region in sheet.placed
+    ]
 
 
 @dataclass(frozen=True, slots=True)
