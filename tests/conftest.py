@@ -59,6 +59,13 @@ def node() -> str:
 
 
 @pytest.fixture(scope="session")
+def imagemagick() -> str:
+    """Return ImageMagick's program that converts images."""
+    found = (shutil.which(name) for name in ("magick", "convert-im6", "convert"))
+    return next(filter(None, found), None) or missing("needs ImageMagick (Debian: imagemagick)")
+
+
+@pytest.fixture(scope="session")
 def chromium() -> Path:
     """Return the browser that plays atlases and pages."""
     path = Path(os.environ.get("CHROMIUM") or "/usr/bin/chromium")

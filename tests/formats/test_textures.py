@@ -7,7 +7,7 @@ import os
 import struct
 import subprocess
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -25,7 +25,7 @@ from fire_atlas.core.workers import Workers
 from fire_atlas.formats.textures.blocks import FORMATS, decode_blocks, encode_blocks
 from fire_atlas.formats.textures.dds import read_dds, write_dds
 from fire_atlas.formats.textures.error import colour_texture_error, data_error
-from fire_atlas.formats.textures.gpu_texture import TextureHeader, level_sizes
+from fire_atlas.formats.textures.gpu_texture import AlphaMode, TextureHeader, level_sizes
 from fire_atlas.formats.textures.ktx2 import read_ktx2, write_ktx2
 from fire_atlas.formats.textures.texture_file import read_texture, write_texture
 from tests.support.clips import campfire
@@ -34,6 +34,8 @@ from tests.support.requirements import node_modules
 PARSE = Path(__file__).parent / "web" / "parse_ktx2.mjs"
 SAMPLE = PARSE.with_name("sample_textures.mjs")
 DDS = [name for name in FORMATS if name.startswith("bc")]
+OLD_DDS = ["bc1", "bc3"]
+"""Formats that readers know which have not learnt Direct3D 10's header."""
 
 
 @pytest.fixture(scope="module")
@@ -44,9 +46,10 @@ def workers() -> Iterator[Workers]:
 
 @pytest.fixture(scope="module")
 def fire() -> Bytes:
-    """A frame of the sample campfire as a premultiplied page has it, cut to whole blocks."""
+    """A frame of the sample campfire as a premultiplied page has it, cut to whole blocks, those of
+    its half too."""
     image = encode_frame(campfire(height=144, count=4).read(2), "premultiplied", "srgb")
-    return np.ascontiguousarray(image[: len(image) // 12 * 12, : image.shape[1] // 12 * 12])
+    return np.ascontiguousarray(image[: len(image) // 24 * 24, : image.shape[1] // 24 * 24])
 
 
 OTHERS = {"etc2": "etc2a8", "eac-r11": "eacr", "eac-rg11": "eacrg"}
@@ -145,6 +148,26 @@ def test_pillow_opens_our_dds_and_sees_its_pixels(name: str, fire: Bytes, worker
     assert np.array_equal(theirs[..., :channels], ours[..., :channels])
 
 
+@pytest.mark.parametrize("alpha", ["straight", "premultiplied"])
+@pytest.mark.parametrize("name", OLD_DDS)
+def test_imagemagick_opens_dds_of_direct3d_9(
+    name: str, alpha: AlphaMode, imagemagick: str, fire: Bytes, workers: Workers, tmp_path: Path
+) -> None:
+    header = header_of(name, fire, alpha=alpha)
+    data = encode_blocks(fire, header.format, False, workers)
+    with (tmp_path / "fire.dds").open("wb") as file:
+        write_dds(file, header, [data])
+    done = subprocess.run(
+        [imagemagick, tmp_path / "fire.dds", "-depth", "8", "rgba:-"],
+        capture_output=True, check=True,
+    )  # fmt: skip
+    assert not done.stderr
+    theirs = np.frombuffer(done.stdout, np.uint8).reshape(fire.shape)
+    ours = decode_blocks(data, header.width, header.height, header.format, False, workers)
+    channels = header.format.channels
+    assert np.abs(ours.astype(int) - theirs)[..., :channels].max() <= 2
+
+
 NAMES = st.sampled_from(list(FORMATS))
 
 
@@ -169,8 +192,10 @@ def test_headers_come_back_and_levels_are_where_they_should_be(
         assert place % math.lcm(format_.block_bytes, 4) == 0
     if name in DDS:
         write_dds(dds, header, data)
-        assert read_dds(dds.getvalue()) == header
-        assert dds.getvalue()[148:] == b"".join(data)
+        has_old_header = name in OLD_DDS and not srgb
+        read = read_dds(dds.getvalue())
+        assert read == (replace(header, alpha="unstated") if has_old_header else header)
+        assert dds.getvalue()[128 if has_old_header else 148 :] == b"".join(data)
 
 
 def level_index(data: bytes) -> list[tuple[int, int]]:
@@ -254,10 +279,12 @@ def test_ktx_parse_reads_our_ktx2(
 
 BC = ["bc1", "bc3", "bc4", "bc5", "bc7"]
 SAMPLED = [
-    # By three, whose KTX2Loader knows no others, and ETC2 with alpha as sRGB alone.
-    *((name, "ktx2") for name in (*BC, "astc-4x4", "astc-6x6", "eac-r11", "eac-rg11")),
-    *((name, "dds") for name in BC),  # by PixiJS
+    # three's KTX2Loader knows no others, and ETC2 with alpha as sRGB alone.
+    *((name, "ktx2", "three") for name in (*BC, "astc-4x4", "astc-6x6", "eac-r11", "eac-rg11")),
+    *((name, "dds", "three") for name in OLD_DDS),
+    *((name, "dds", "pixi") for name in BC),
 ]
+"""Format, file and web client."""
 
 
 @dataclass(frozen=True)
@@ -275,20 +302,21 @@ class Sampled:
 def sampled(
     node: str, chromium: Path, fire: Bytes, workers: Workers,
     tmp_path_factory: pytest.TempPathFactory,
-) -> dict[tuple[str, str], Sampled]:  # fmt: skip
+) -> dict[tuple[str, str, str], Sampled]:  # fmt: skip
     """What web clients found in every texture: one browser for all."""
     folder = tmp_path_factory.mktemp("textures")
     images = [fire, np.ascontiguousarray(fire[::2, ::2])]
     written = []
-    for name, ending in SAMPLED:
+    for name, ending, client in SAMPLED:
         header = header_of(name, fire, 2)
         levels = [encode_blocks(each, header.format, False, workers) for each in images]
-        file = folder / f"{name}.{ending}"
+        file = folder / f"{name}.{client}.{ending}"
         with file.open("wb") as target:
             write_texture(target, file.name, header, levels)
         written.append((header, levels, file))
     done = subprocess.run(
-        [node, SAMPLE, node_modules(), *(file for *_, file in written)],
+        [node, SAMPLE, node_modules(), *(file.name for *_, file in written)],
+        cwd=folder,
         capture_output=True, text=True, check=False, timeout=240,
         env={**os.environ, "CHROMIUM": str(chromium)},
     )  # fmt: skip
@@ -300,11 +328,11 @@ def sampled(
     }
 
 
-@pytest.mark.parametrize(("name", "ending"), SAMPLED)
+@pytest.mark.parametrize("key", SAMPLED)
 def test_web_clients_sample_the_pixels_of_our_textures_at_every_level(
-    name: str, ending: str, sampled: dict[tuple[str, str], Sampled], workers: Workers
+    key: tuple[str, str, str], sampled: dict[tuple[str, str, str], Sampled], workers: Workers
 ) -> None:
-    texture = sampled[name, ending]
+    texture = sampled[key]
     assert texture.found == {"sizes": [[each.shape[1], each.shape[0]] for each in texture.images]}
     seen, at = np.fromfile(f"{texture.file}.rgba", np.uint8), 0
     for image, data in zip(texture.images, texture.levels, strict=True):

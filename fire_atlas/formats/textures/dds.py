@@ -1,4 +1,5 @@
-"""DDS files with the extended header of Direct3D 10, which names every BC format by its number.
+"""DDS files: of BC1 and BC3 with the header that every reader knows, of other formats and of sRGB
+with the extended header of Direct3D 10, which names every BC format by its number.
 
 Microsoft, "Programming Guide for DDS": the magic, DDS_HEADER, DDS_HEADER_DXT10, then the levels.
 """
@@ -9,6 +10,9 @@ from typing import BinaryIO
 
 from fire_atlas.formats.textures.blocks import FORMATS
 from fire_atlas.formats.textures.gpu_texture import AlphaMode, TextureHeader, level_sizes
+
+_CODES = {"bc1": b"DXT1", "bc3": b"DXT5"}
+"""FourCC of formats that Direct3D 9 had. Its "DXT4", premultiplied BC3, no reader knows."""
 
 _NUMBERS = {"bc1": (71, 72), "bc3": (77, 78), "bc4": (80, 80), "bc5": (83, 83), "bc7": (98, 99)}
 """DXGI_FORMAT of each format: sampled as it is, and decoded from sRGB."""
@@ -22,17 +26,19 @@ _CAPS_TEXTURE, _CAPS_WITH_MIPS = 0x1000, 0x400000 | 0x8
 
 _ALPHA_MODES: dict[AlphaMode, int] = {"straight": 1, "premultiplied": 2, "opaque": 3}
 
-_HEAD = struct.Struct("<4s7I44x2I4s5I4I4x5I")
+_HEAD, _EXTENDED = struct.Struct("<4s7I44x2I4s5I4I4x"), struct.Struct("<5I")
 
 
 def write_dds(file: BinaryIO, header: TextureHeader, levels: Sequence[bytes]) -> None:
     """Write a texture whose levels, the largest first, are encoded."""
+    code = b"DX10" if header.srgb else _CODES.get(header.format.name, b"DX10")
     caps = _CAPS_TEXTURE | (_CAPS_WITH_MIPS if len(levels) > 1 else 0)
     head = (b"DDS ", 124, _FLAGS, header.height, header.width, header.sizes[0], 1, len(levels))
-    pixel_format = (32, _FOURCC, b"DX10", 0, 0, 0, 0, 0)
-    number = _NUMBERS[header.format.name][header.srgb]
-    extended = (number, _TEXTURE_2D, 0, 1, _ALPHA_MODES[header.alpha])
-    file.write(_HEAD.pack(*head, *pixel_format, caps, 0, 0, 0, *extended))
+    pixel_format = (32, _FOURCC, code, 0, 0, 0, 0, 0)
+    file.write(_HEAD.pack(*head, *pixel_format, caps, 0, 0, 0))
+    if code == b"DX10":
+        number = _NUMBERS[header.format.name][header.srgb]
+        file.write(_EXTENDED.pack(number, _TEXTURE_2D, 0, 1, _ALPHA_MODES[header.alpha]))
     for level in levels:
         file.write(level)
 
@@ -45,15 +51,33 @@ def read_dds(data: bytes) -> TextureHeader:
     """
     if len(data) < _HEAD.size:
         raise ValueError("it is too short for a DDS file")
-    magic, _, _, height, width, _, _, levels, *rest = _HEAD.unpack_from(data)
-    number, alpha = rest[-5], rest[-1]
-    found = [(name, numbers) for name, numbers in _NUMBERS.items() if number in numbers]
-    modes = [mode for mode, value in _ALPHA_MODES.items() if value == alpha]
-    if magic != b"DDS " or rest[2] != b"DX10" or not found or not modes or not 1 <= levels <= 16:
+    magic, _, _, height, width, _, _, levels, _, _, code, *_ = _HEAD.unpack_from(data)
+    name, is_srgb, alpha, begin = _named(code, data[_HEAD.size :])
+    if magic != b"DDS " or not 1 <= levels <= 16:
         raise ValueError("it is no DDS file that fire-atlas wrote")
-    name, numbers = found[0]
     sizes = level_sizes(FORMATS[name], width, height, levels)
-    if len(data) != _HEAD.size + sum(sizes):
-        raise ValueError(f"it has {len(data)} bytes instead of {_HEAD.size + sum(sizes)}")
-    is_srgb = number == numbers[1] and numbers[0] != numbers[1]
-    return TextureHeader(FORMATS[name], width, height, is_srgb, modes[0], sizes)
+    if len(data) != begin + sum(sizes):
+        raise ValueError(f"it has {len(data)} bytes instead of {begin + sum(sizes)}")
+    return TextureHeader(FORMATS[name], width, height, is_srgb, alpha, sizes)
+
+
+def _named(code: bytes, rest: bytes) -> tuple[str, bool, AlphaMode, int]:
+    """Return the name of a format, whether it is sRGB, its alpha, and where the levels begin.
+
+    Args:
+        code: FourCC of the file.
+        rest: What follows its first header.
+
+    Raises:
+        ValueError: This module writes no such file.
+    """
+    for name, old in _CODES.items():
+        if code == old:
+            return name, False, "unstated", _HEAD.size
+    if code == b"DX10" and len(rest) >= _EXTENDED.size:
+        number, *_, mode = _EXTENDED.unpack_from(rest)
+        for name, (plain, srgb) in _NUMBERS.items():
+            for alpha, value in _ALPHA_MODES.items():
+                if number in {plain, srgb} and mode == value:
+                    return name, number != plain, alpha, _HEAD.size + _EXTENDED.size
+    raise ValueError("it is no DDS file that fire-atlas wrote")

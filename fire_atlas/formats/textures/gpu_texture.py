@@ -5,7 +5,8 @@ from typing import Literal, TypeAlias
 
 from fire_atlas.formats.textures.blocks import BlockFormat
 
-AlphaMode: TypeAlias = Literal["straight", "premultiplied", "opaque"]
+AlphaMode: TypeAlias = Literal["straight", "premultiplied", "opaque", "unstated"]
+"""``opaque``: there is none; ``unstated``: a file that was read does not say."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,7 +17,7 @@ class TextureHeader:
         format: How its blocks are encoded.
         width, height: Size of its first level, px.
         srgb: Whether a GPU decodes colours from sRGB as it samples them.
-        alpha: How alpha is stored; ``opaque``: there is none.
+        alpha: How alpha is stored.
         sizes: Bytes of each mip level, the largest first.
     """
 

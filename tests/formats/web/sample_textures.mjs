@@ -1,6 +1,7 @@
-// Loads compressed textures in headless Chromium, by three's KTX2Loader or PixiJS's loader of DDS,
+// Loads compressed textures in headless Chromium, by three's loaders of KTX2 and DDS or PixiJS's of DDS,
 // samples each of their levels on the GPU, texel by texel, and writes them to FILE.rgba as RGBA bytes:
-// node sample_textures.mjs MODULES FILE... . Prints a list, for each file its {sizes} or {errors}.
+// node sample_textures.mjs MODULES FILE... , of files called FORMAT.CLIENT.ENDING with CLIENT three or
+// pixi. Prints a list, for each file its {sizes} or {errors}.
 import { readFileSync, writeFileSync } from "node:fs";
 import { createServer } from "node:http";
 import { createRequire } from "node:module";
@@ -13,9 +14,10 @@ const THREE = `<!DOCTYPE html><script type="importmap">{"imports": {
   "three": "/three/build/three.module.js", "loaders/": "/three/examples/jsm/loaders/"
 }}</script><script type="module">
 import * as THREE from "three";
+import { DDSLoader } from "loaders/DDSLoader.js";
 import { KTX2Loader } from "loaders/KTX2Loader.js";
 const renderer = new THREE.WebGLRenderer();
-const loader = new KTX2Loader().detectSupport(renderer);
+const loaders = { dds: new DDSLoader(), ktx2: new KTX2Loader().detectSupport(renderer) };
 const material = new THREE.RawShaderMaterial({
   glslVersion: THREE.GLSL3, blending: THREE.NoBlending, depthTest: false,
   uniforms: { map: { value: null }, level: { value: 0 } },
@@ -28,7 +30,7 @@ const quad = new THREE.Mesh(new THREE.PlaneGeometry(2, 2), material);
 quad.frustumCulled = false;
 scene.add(quad);
 window.sample = async (url) => {
-  const texture = await loader.loadAsync(url);
+  const texture = await loaders[url.split(".").pop()].loadAsync(url);
   Object.assign(texture, { minFilter: THREE.NearestMipmapNearestFilter, magFilter: THREE.NearestFilter });
   material.uniforms.map.value = texture;
   const sizes = texture.mipmaps.map(({ width, height }) => [width, height]);
@@ -99,13 +101,13 @@ async function open(client) {
   return page;
 }
 
-const clients = { ktx2: await open("three"), dds: await open("pixi") };
+const clients = { three: await open("three"), pixi: await open("pixi") };
 const found = [];
 for (const [number, file] of files.entries()) {
-  const ending = file.split(".").pop();
+  const [, client, ending] = file.split(".");
   try {
     const url = `/textures/${number}.${ending}`;
-    const { levels, sizes } = await clients[ending].evaluate((url) => window.sample(url), url);
+    const { levels, sizes } = await clients[client].evaluate((url) => window.sample(url), url);
     writeFileSync(`${file}.rgba`, Buffer.concat(levels.map((level) => Buffer.from(level))));
     found.push({ sizes });
   } catch (error) {
