@@ -178,6 +178,16 @@ def _other_picture(path: Path) -> None:
     temporary.replace(path)
 
 
+def _redder_picture(path: Path) -> None:
+    """Change a frame, and keep its flame's place and shape."""
+    with Image.open(path) as image:
+        red, green, blue, alpha = image.convert("RGBA").split()
+    picture = Image.merge("RGBA", (red, green.point(lambda value: value // 2), blue, alpha))
+    temporary = path.with_name(f".new{path.suffix}")
+    picture.save(temporary)
+    temporary.replace(path)
+
+
 def _other_animation(path: Path) -> None:
     frames = [Image.fromarray(frame) for frame in reversed(corpus.flames(3))]
     frames[0].save(path, save_all=True, append_images=frames[1:], duration=50)
@@ -266,7 +276,7 @@ SCENES: dict[str, Scene] = {
     ),
     "clip of a profile": Scene(
         {"source": {**GENERATED, "path": "clip"}, "timeline": {"frames": 4}, **PACKS},
-        "clip/0004.png", _other_picture, _clip(10),
+        "clip/0004.png", _redder_picture, _clip(10),
     ),
     "texture": Scene(
         {"source": {"kind": "silk", "height": 24, "width": 20, "texture": {"path": "clip"}},

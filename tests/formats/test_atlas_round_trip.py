@@ -239,6 +239,15 @@ def test_pages_come_back_bit_for_bit(
     np.testing.assert_array_equal(read_page(path, width, height), image)
 
 
+def test_frames_with_durations_that_no_animation_plays_are_no_atlas(tmp_path: Path) -> None:
+    path = write_json(sheet_with_meshes(sparks_and_others()), tmp_path)
+    document = json.loads(path.read_bytes())
+    document["animations"] = {}
+    path.write_text(json.dumps(document))
+    with pytest.raises(SourceError, match="it has no frames"):
+        read_atlas(path)
+
+
 def test_a_damaged_page_is_refused(tmp_path: Path) -> None:
     image = np.random.default_rng(0).integers(0, 256, (40, 40, 4), np.uint8)
     with Workers(1) as workers, (tmp_path / "fire.png").open("wb") as file:

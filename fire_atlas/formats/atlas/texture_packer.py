@@ -189,7 +189,8 @@ def _sheet(documents: Sequence[dict[str, Any]]) -> AtlasSheet:
     played = _played(documents, loops)
     regions = tuple(region for frames in played.values() for region in frames)
     others = _not_played(documents)
-    if not (regions or others):
+    singles = tuple(region for region in others if not region.duration)
+    if not (regions or singles):
         raise ValueError("it has no frames")
     image = Path(plain_name(meta["image"]))
     return AtlasSheet(
@@ -209,7 +210,7 @@ def _sheet(documents: Sequence[dict[str, Any]]) -> AtlasSheet:
         grid=grid_of(about),
         maps=maps_of([document["meta"].get("maps", []) for document in documents]),
         states=_states(meta, {name: len(frames) for name, frames in played.items()}),
-        singles=tuple(region for region in others if not region.duration),
+        singles=singles,
         cells=tuple(region for region in others if region.duration),
         bits=bits_of(meta),
         gpu=textures_of([document["meta"].get("gpu", []) for document in documents]),
