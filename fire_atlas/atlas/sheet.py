@@ -1,6 +1,6 @@
 """The finished layout of an atlas, which all writers of files read: pages, regions, animations."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Protocol, Self
 
@@ -450,6 +450,20 @@ class AtlasSheet:
     def regions_of(self, page: int) -> list[Region]:
         """Return the frames on a page, in playing order, then single sprites and cells."""
         return [region for region in self.placed if region.page == page]
+
+    def at(self, places: Mapping[str, str]) -> Self:
+        """Return the sheet with other names for some of its images, by the names they have."""
+
+        def place(file: str) -> str:
+            return places.get(file, file)
+
+        return replace(
+            self,
+            pages=tuple(replace(page, file=place(page.file)) for page in self.pages),
+            maps=tuple(replace(each, files=tuple(map(place, each.files))) for each in self.maps),
+            gpu=tuple(replace(texture, image=place(texture.image)) for texture in self.gpu),
+            heat=self.heat and replace(self.heat, ramp=place(self.heat.ramp)),
+        )
 
     def with_safe_mips(self, levels: list[int | None]) -> Self:
         """Return the sheet with the deepest safe mip level of each page filled in."""

@@ -56,7 +56,7 @@ def _cleaned(tree: RecipeTree, out: Path, note: Callable[[str], None]) -> Iterat
                 f"removed; build the recipe again, or remove its files by hand"
                 f"{_possible_outputs(tree, out)}"
             )
-        removed = [*stale_outputs(manifests, ()), listed]
+        removed = [*(out / name for name in stale_outputs(manifests, ())), listed]
         _remove(removed)
         yield from (f"removed {path}" for path in removed)
         yield from _kept(manifests, manifests.own)
@@ -87,8 +87,9 @@ def _remove(paths: Sequence[Path]) -> None:
 
 def _kept(manifests: FolderManifests, own: Manifest) -> Iterator[str]:
     """Yield a line for each output that was kept, with the reason."""
-    for path in (manifests.out / output.name for output in own.outputs):
+    for output in own.outputs:
+        path = manifests.out / output.name
         if path.exists() or path.is_symlink():
-            other = manifests.other_owner(path.name)
+            other = manifests.other_owner(output.name)
             wrote = f"the build of {other} wrote it too"
             yield f"kept {path}: {wrote if other else 'it was changed since it was built'}"

@@ -38,7 +38,7 @@ class OutputFile:
     """A finished output that is not on the disk yet.
 
     Attributes:
-        name: File name, without a folder.
+        name: File name; with folders of the output folder before it, if it was moved there.
         role: Its purpose.
         data: Its content.
     """
@@ -107,3 +107,16 @@ def plain_name(name: str) -> str:
     if is_elsewhere or _UNPRINTABLE.search(name):
         raise ValueError(f"{name!a} is not a plain file name")
     return name
+
+
+def name_below(name: str) -> str:
+    """Return ``name`` if it is a plain file name, or one after the names of folders, with ``/``
+    between: it leads to a file below the folder that it begins at.
+
+    Raises:
+        ValueError: It leads elsewhere, or into a hidden folder or to a hidden file in one.
+    """
+    parts = name.split("/")
+    if len(parts) > 1 and any(part.startswith(".") for part in parts):
+        raise ValueError(f"{name!a} leads elsewhere, or to hidden files")
+    return "/".join(map(plain_name, parts))

@@ -44,6 +44,14 @@ class Engine(Protocol):
     def advice(self, product: "Product") -> Iterator[str]:
         """Yield what the engine's files do not show of a build, and what would let them."""
 
+    def moved(self, out: Path, files: Sequence[str], export: Export) -> Mapping[str, str]:
+        """Return where outputs lie below ``out`` that were renamed in the engine's editor, by the
+        names that a build gives them.
+
+        Raises:
+            OutputError: That cannot be told.
+        """
+
     def addon(self, project: Path, manifest_name: Callable[[str], str]) -> "Addon":
         """Return the engine's add-on for a project.
 

@@ -48,7 +48,10 @@ def readable_errors(path: Path) -> Iterator[None]:
 
 class HeldFolder:
     """A folder that is held open: what is done to its files is done in this folder, even if another
-    one, or a link, has taken its path by then. No link among its files is followed.
+    one, or a link, has taken its path by then. No link among its files and folders is followed.
+
+    Files in folders of it have names with ``/``. A folder that is missing where a file is put is
+    made.
 
     Windows has no paths that begin at an open folder: there the path is used.
     """
@@ -63,6 +66,7 @@ class HeldFolder:
             OSError: There is none.
         """
         self.path = path
+        self._folders: dict[str, HeldFolder] = {}
         self._descriptor: int | None = None
         if _HAS_OPEN_FOLDERS:
             parent = None if inside is None else inside._descriptor
@@ -72,7 +76,9 @@ class HeldFolder:
         self._identity = path.stat() if self._descriptor is None else os.fstat(self._descriptor)
 
     def close(self) -> None:
-        """Hold the folder no longer."""
+        """Hold the folder, and those in it, no longer."""
+        for folder in self._folders.values():
+            folder.close()
         if self._descriptor is not None:
             os.close(self._descriptor)
             self._descriptor = None
@@ -118,8 +124,8 @@ class HeldFolder:
         with self._existing(name) as file:
             if file is not None:
                 return sha256_of(file)
-        path, held = self._at(name)
         try:
+            path, held = self._at(name)
             os.stat(path, dir_fd=held, follow_symlinks=False)
         except FileNotFoundError:
             return None
@@ -132,20 +138,20 @@ class HeldFolder:
 
     def unlink(self, name: str) -> None:
         """Remove a file, if it is there."""
-        path, held = self._at(name)
         with suppress(FileNotFoundError):
+            path, held = self._at(name)
             os.unlink(path, dir_fd=held)
 
     def move(self, name: str, to: "HeldFolder", new_name: str | None = None) -> None:
         """Move a file into another folder, or give it another name, in place of what is there."""
         path, held = self._at(name)
-        target, target_held = to._at(new_name or name)
+        target, target_held = to._at(new_name or name, makes_folders=True)
         os.replace(path, target, src_dir_fd=held, dst_dir_fd=target_held)
 
     def link_or_copy(self, name: str, to: "HeldFolder") -> None:
         """Make a hard link to a file in another folder, or a copy where there are no hard links."""
         path, held = self._at(name)
-        target, target_held = to._at(name)
+        target, target_held = to._at(name, makes_folders=True)
         try:
             if held is None:
                 os.link(path, target)
@@ -161,6 +167,8 @@ class HeldFolder:
 
     def sync(self) -> None:
         """Wait until the names of the files are on the disk, if the system can do that."""
+        for folder in self._folders.values():
+            folder.sync()
         if self._descriptor is None:
             return
         try:
@@ -183,14 +191,37 @@ class HeldFolder:
             yield file if stat.S_ISREG(os.fstat(file.fileno()).st_mode) else None
 
     def _open(self, name: str, flags: int) -> int:
-        path, held = self._at(name)
+        path, held = self._at(name, makes_folders=bool(flags & os.O_CREAT))
         return os.open(path, flags | getattr(os, "O_NOFOLLOW", 0), 0o666, dir_fd=held)
 
-    def _at(self, name: str) -> tuple[str, int | None]:
+    def _at(self, name: str, *, makes_folders: bool = False) -> tuple[str, int | None]:
         """Return how to name a file to the system: its path, and the open folder this begins at."""
+        first, slash, rest = name.partition("/")
+        if slash:
+            return self._inside(first, makes_folders)._at(rest, makes_folders=makes_folders)
         if self._descriptor is None:
             return str(self.path / name), None
         return name, self._descriptor
+
+    def _inside(self, name: str, makes_it: bool) -> "HeldFolder":
+        """Hold the folder of this name in this one."""
+        if name not in self._folders:
+            if makes_it:
+                path, held = self._at(name)
+                with suppress(FileExistsError):
+                    os.mkdir(path, dir_fd=held)
+            self._folders[name] = HeldFolder(self.path / name, self)
+        return self._folders[name]
+
+
+def is_regular_in(out: Path, name: str) -> bool:
+    """Return whether the output ``name`` of a folder is a file, with no link on the way to it."""
+    *folders, file = name.split("/")
+    for folder in folders:
+        out = out / folder
+        if out.is_symlink():
+            return False
+    return is_regular(out / file)
 
 
 def is_regular(path: Path) -> bool:

@@ -16,7 +16,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from fire_atlas.core.output_file import is_reserved, plain_name
+from fire_atlas.core.output_file import is_reserved, name_below
 from fire_atlas.outputs.disk import HeldFolder, is_regular, readable_errors
 
 _JOURNAL = ".journal"
@@ -32,7 +32,7 @@ class Change:
     """A change that a commit makes to one file of the output folder.
 
     Attributes:
-        name: Name of the file.
+        name: Name of the file, as in a manifest.
         before: SHA-256 of the file before the commit; None if there is none.
         after: SHA-256 of the file after the commit; None if it is removed.
     """
@@ -177,7 +177,7 @@ def _validated(changes: list[Change]) -> list[Change]:
     Raises:
         ValueError: A build may not write one of them.
     """
-    names = [plain_name(change.name) for change in changes]
+    names = [name_below(change.name) for change in changes]
     digests = {digest for change in changes for digest in (change.before, change.after)}
     if not all(digest is None or _DIGEST.fullmatch(digest) for digest in digests):
         raise ValueError("no digest of a file")

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from fire_atlas.core.files import MIB, read_file, real
-from fire_atlas.core.output_file import MANIFEST_ENDING, plain_name
+from fire_atlas.core.output_file import MANIFEST_ENDING, name_below
 from fire_atlas.core.version import __version__
 from fire_atlas.outputs.digest import HashedFile, file_digest
 
@@ -46,7 +46,7 @@ class OutputEntry:
     """A file that a build wrote.
 
     Attributes:
-        name: File name in the output folder.
+        name: File name in the output folder, after the folders in it where it was moved.
         role: What it is for: a ``Role`` of this version of the tool or of another.
         size: In bytes.
         sha256: Of its bytes as they were written, as hexadecimal digits.
@@ -182,5 +182,5 @@ def _decode_output(entry: Any) -> OutputEntry:
             "bytes": int(size),
             "sha256": str(sha256),
         } if size >= 0:
-            return OutputEntry(plain_name(name), role, size, sha256)
+            return OutputEntry(name_below(name), role, size, sha256)
     raise ValueError(f"{entry!r} is not an output")

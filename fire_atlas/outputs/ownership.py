@@ -9,14 +9,14 @@ import errno
 import hashlib
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence, Set
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Self
 
 from fire_atlas.core.errors import OutputError
 from fire_atlas.core.files import read_file
 from fire_atlas.core.output_file import as_file_name, is_reserved
-from fire_atlas.outputs.disk import is_regular
+from fire_atlas.outputs.disk import is_regular_in
 from fire_atlas.outputs.manifest import (
     MAX_MANIFEST_BYTES,
     Manifest,
@@ -92,11 +92,19 @@ class FolderManifests:
             return True
         if role == "manifest":
             return self.own is not None
-        if role == "import" and _is_import_settings(path):
+        if role == "import" and _is_import_settings(self.out, file):
             return True  # the output has the user's edits merged in
         manifests = [self.own, *self.others.values()]
         entries = [entry for each in manifests if each for entry in each.outputs]
-        return any(entry.name == file and _describes(entry, path) for entry in entries)
+        if any(entry.name == file and _describes(entry, self.out, file) for entry in entries):
+            return True
+        return any(_describes(entry, self.out, file) for entry in self._gone(role))
+
+    def _gone(self, role: str) -> list[OutputEntry]:
+        """Return what the build has written for a purpose and is not there any more: it may have
+        been given another name."""
+        outputs = self.own.outputs if self.own else ()
+        return [e for e in outputs if e.role == role and not (self.out / e.name).exists()]
 
 
 def _files_in(out: Path) -> list[str]:
@@ -168,8 +176,8 @@ def _objection(manifests: FolderManifests, file: str, role: str) -> str:
     return f"{manifests.out / file}: {why}"
 
 
-def stale_outputs(manifests: FolderManifests, written: Collection[str]) -> list[Path]:
-    """Return the files of an earlier build that can be removed now.
+def stale_outputs(manifests: FolderManifests, written: Collection[str]) -> list[str]:
+    """Return the names of the files of an earlier build that can be removed now.
 
     These are not among those ``written`` now, were not changed since, and are not listed by other
     builds. Import settings are removed or kept with the file they belong to, edited or not.
@@ -182,11 +190,11 @@ def stale_outputs(manifests: FolderManifests, written: Collection[str]) -> list[
         for name, entry in listed.items()
         if not (name in written or is_reserved(name) or manifests.other_owner(name))
     }
-    stale: Set[str] = {n for n, entry in old.items() if _describes(entry, manifests.out / n)}
+    stale: Set[str] = {n for n, entry in old.items() if _describes(entry, manifests.out, n)}
     for name, entry in old.items():
-        if entry.role == "import" and Path(name).stem in listed:
+        if entry.role == "import" and _subject(name) in listed:
             stale = _with_settings(manifests.out, name, stale)
-    return [manifests.out / name for name in old if name in stale]
+    return [name for name in old if name in stale]
 
 
 def commit(
@@ -223,19 +231,21 @@ def refuse_commit(
 def _refuse_names_of_one_file(names: Sequence[str]) -> None:
     known: dict[str, str] = {}
     for name in names:
-        other = known.setdefault(as_file_name(name), name)
-        if other != name:
-            raise OutputError(
-                f"{name}: would be the same file as {other} on Windows or macOS; give one of them "
-                f"another name"
+        if other := known.get(as_file_name(name)):
+            what = (
+                "two outputs would be this file"
+                if other == name
+                else f"would be the same file as {other} on Windows or macOS"
             )
+            raise OutputError(f"{name}: {what}; give one of them another name")
+        known[as_file_name(name)] = name
 
 
 def _with_settings(out: Path, name: str, stale: Set[str]) -> Set[str]:
     """Return ``stale`` with the import settings ``name`` if the file they belong to is stale."""
-    subject = Path(name).stem
+    subject = _subject(name)
     if subject in stale:
-        return stale | {name} if _is_import_settings(out / name) else stale
+        return stale | {name} if _is_import_settings(out, name) else stale
     return stale - {name} if (out / subject).exists() else stale
 
 
@@ -243,14 +253,20 @@ def _lists(manifest: Manifest, file: str) -> bool:
     return any(entry.name == file for entry in manifest.outputs)
 
 
-def _describes(entry: OutputEntry, path: Path) -> bool:
-    """Return whether ``path`` is the file that an entry of a manifest describes, not a link.
+def _subject(name: str) -> str:
+    """Return the name of the file that the import settings ``name`` belong to."""
+    return name.rpartition(".")[0]
+
+
+def _describes(entry: OutputEntry, out: Path, name: str) -> bool:
+    """Return whether ``name`` is the file that an entry of a manifest describes, not a link.
 
     Line endings of text are ignored: version control changes them.
     """
-    if not is_regular(path):
+    path = out / name
+    if not is_regular_in(out, name):
         return False
-    if entry.is_intact(path.parent):
+    if replace(entry, name=name).is_intact(out):
         return True
     if not entry.size < path.stat().st_size <= min(2 * entry.size, _MAX_TEXT_BYTES):
         return False
@@ -259,9 +275,10 @@ def _describes(entry: OutputEntry, path: Path) -> bool:
     return b"\0" not in data and hashlib.sha256(text).hexdigest() == entry.sha256
 
 
-def _is_import_settings(path: Path) -> bool:
+def _is_import_settings(out: Path, name: str) -> bool:
     """Return whether a file holds an engine's import settings of the file it is named after."""
-    if not is_regular(path) or path.stat().st_size > _MAX_SETTINGS_BYTES:
+    path = out / name
+    if not is_regular_in(out, name) or path.stat().st_size > _MAX_SETTINGS_BYTES:
         return False
     data = path.read_bytes()
     match path.suffix:

@@ -123,7 +123,7 @@ class Staging:
         self._refuse_exchanged()
         return locked(folder_lock(self.out), self._note)
 
-    def commit(self, stale: Iterable[Path]) -> None:
+    def commit(self, stale: Iterable[str]) -> None:
         """Move all outputs into place and remove the ``stale`` files of an earlier build.
 
         The file that was written last, the manifest, marks the commit as complete. A commit that
@@ -133,7 +133,7 @@ class Staging:
         with readable_errors(self.out):
             changes = [
                 *(self._folders.change(*each) for each in written),
-                *(self._folders.change(path.name, None) for path in stale),
+                *(self._folders.change(name, None) for name in stale),
                 self._folders.change(*marker),
             ]
             self._refuse_exchanged()

@@ -13,7 +13,12 @@ from fire_atlas.outputs.ownership import commit
 from fire_atlas.outputs.staging import Staging
 from fire_atlas.pipeline.animation.contribute import contribute
 from fire_atlas.pipeline.examine import examine
-from fire_atlas.pipeline.files.exports import exported_files, note_what_engines_need, track_files
+from fire_atlas.pipeline.files.exports import (
+    at_their_places,
+    exported_files,
+    note_what_engines_need,
+    track_files,
+)
 from fire_atlas.pipeline.files.images import write_images
 from fire_atlas.pipeline.files.movies import movie_files
 from fire_atlas.pipeline.files.written import (
@@ -91,6 +96,7 @@ def build(
         with timer.measure("pack"):
             sheets = pack(loaded, content, context)
         with timer.measure("write"):
+            sheets = at_their_places(sheets, recipe.exports, out, progress)
             drawn = images(sheets, content, recipe.atlas, recipe.maps, context)
             outputs, figures = write_images(list(drawn), recipe.atlas, staging, context)
             product = product_of(sheets, content.animations, loaded, staging)

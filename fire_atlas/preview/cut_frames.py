@@ -26,7 +26,7 @@ def shown_page(atlas: AtlasFile, index: int) -> Bytes:
     sheet = atlas.sheet
     page = sheet.pages[index]
     files = [page.file, *(each.files[index] for each in sheet.maps if each.kind == "smoke")]
-    fire, *smoke = (read_page(atlas.path.with_name(f), page.width, page.height) for f in files)
+    fire, *smoke = (read_page(atlas.path.parent / f, page.width, page.height) for f in files)
     return over_smoke(fire, smoke[0], sheet.alpha, sheet.blend_space) if smoke else fire
 
 
@@ -99,7 +99,7 @@ def first_ramp(atlas: AtlasFile) -> Bytes | None:
     heat = atlas.sheet.heat
     if heat is None:
         return None
-    ramps = read_page(atlas.path.with_name(heat.ramp), RAMP_WIDTH, len(heat.rows))
+    ramps = read_page(atlas.path.parent / heat.ramp, RAMP_WIDTH, len(heat.rows))
     return np.asarray(ramps[0])
 
 
@@ -112,7 +112,7 @@ def colour_pages(atlas: AtlasFile) -> tuple[AtlasFile, list[bytes]]:
         SourceError: A page file is missing, or is not as the atlas states.
     """
     sheet, ramp = atlas.sheet, first_ramp(atlas)
-    pages = [(atlas.path.with_name(page.file), page.width, page.height) for page in sheet.pages]
+    pages = [(atlas.path.parent / page.file, page.width, page.height) for page in sheet.pages]
     if sheet.heat is None or ramp is None:
         return atlas, [read_page_file(*page) for page in pages]
     used = CHANNELS if sheet.heat.pixels == "heat4" else "r"

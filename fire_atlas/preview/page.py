@@ -347,7 +347,7 @@ def _sheets(atlas: AtlasFile, composed: Sequence[bytes]) -> dict[str, list[str]]
         if each.kind in _SHOWN_MAPS:
             pages = zip(atlas.sheet.pages, each.files, strict=True)
             read[each.kind] = [
-                read_page_file(atlas.path.with_name(file), page.width, page.height)
+                read_page_file(atlas.path.parent / file, page.width, page.height)
                 for page, file in pages
             ]
     if any(each.kind == "smoke" for each in atlas.sheet.maps):
@@ -366,7 +366,7 @@ def _page_over_smoke(atlas: AtlasFile, index: int) -> bytes:
 def _page(atlas: AtlasFile, index: int) -> dict[str, Any]:
     """Return the text about a page of the atlas."""
     page, use = atlas.sheet.pages[index], page_use(atlas, index)
-    size = atlas.path.with_name(page.file).stat().st_size
+    size = (atlas.path.parent / page.file).stat().st_size
     places = f" in {use.places} places" if use.places < use.frames else ""
     facts = (
         f"{use.frames} frames{places}",

@@ -61,7 +61,7 @@ def staged(out: Path) -> Iterator[Staging]:
 
 def write_new(out: Path) -> None:
     with staged(out) as staging, staging.folder_locked():
-        staging.commit([out / "stale.png"])
+        staging.commit(["stale.png"])
 
 
 def leave_unfinished(out: Path, changed: dict[str, bytes | None]) -> None:

@@ -1,6 +1,6 @@
 """Export to Godot 4; here are the parts that every engine has (``engines/engine.py``)."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -39,6 +39,10 @@ class _Godot(Engine):
         from fire_atlas.engines.godot.advice import what_is_not_shown
 
         return what_is_not_shown(product)
+
+    def moved(self, out: Path, files: Sequence[str], export: Export) -> Mapping[str, str]:
+        """Return nothing: Godot's scenes refer to pages by their paths too."""
+        return {}
 
     def addon(self, project: Path, manifest_name: Callable[[str], str]) -> Addon:
         """Return the add-on for a Godot project."""

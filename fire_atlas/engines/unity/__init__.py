@@ -1,7 +1,7 @@
 """Export to Unity 2021.3 and later; here are the parts that every engine has
 (``engines/engine.py``)."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -46,6 +46,12 @@ class _Unity(Engine):
                 "texture; the pages have its cells as sprites, and flakes.bake: true draws flakes "
                 "into frames"
             )
+
+    def moved(self, out: Path, files: Sequence[str], export: Export) -> Mapping[str, str]:
+        """Return where files lie now whose GUIDs are below ``out``."""
+        from fire_atlas.engines.unity.places import moved_files
+
+        return moved_files(out, files, _options(export).namespace)
 
     def addon(self, project: Path, manifest_name: Callable[[str], str]) -> Addon:
         """Return the package for a Unity project."""

@@ -26,7 +26,7 @@ from fire_atlas.atlas.sheet import (
 from fire_atlas.core.checks import MAX_MILLISECONDS, number, one_of, text, whole
 from fire_atlas.core.decimals import plain
 from fire_atlas.core.named_sprite import Border
-from fire_atlas.core.output_file import plain_name
+from fire_atlas.core.output_file import name_below, plain_name
 from fire_atlas.core.version import __version__
 from fire_atlas.maps.kinds import KIND
 from fire_atlas.maps.maker import maker_of, stated_map
@@ -191,7 +191,7 @@ def page_of(meta: dict[str, Any]) -> Page:
     """Read a page from its ``meta`` block."""
     size, safe_mip = meta["size"], meta.get("fireAtlas", {}).get("safeMipLevel")
     return Page(
-        file=plain_name(meta["image"]),
+        file=name_below(meta["image"]),
         width=whole(size["w"], 1),
         height=whole(size["h"], 1),
         safe_mip=None if safe_mip is None else whole(safe_mip, 0, 32),
@@ -223,7 +223,7 @@ def heat_of(about: dict[str, Any]) -> Heat | None:
         return None
     return Heat(
         one_of(entry["pixels"], ("heat", "heat4")),
-        plain_name(entry["ramp"]),
+        name_below(entry["ramp"]),
         tuple(text(row) for row in entry["rows"]),
     )
 
@@ -350,7 +350,7 @@ def textures_of(pages: Sequence[Sequence[dict[str, Any]]]) -> tuple[GpuTexture, 
     return tuple(
         GpuTexture(
             plain_name(entry["file"]),
-            plain_name(entry["image"]),
+            name_below(entry["image"]),
             text(entry["format"]),
             whole(entry["levels"], 1, MAX_MIPS),
         )
@@ -364,6 +364,6 @@ def maps_of(pages: Sequence[Sequence[dict[str, Any]]]) -> tuple[SheetMap, ...]:
     found = []
     for i, entry in enumerate(pages[0]):
         kind = KIND[one_of(entry["kind"], [*KIND])]
-        files = tuple(plain_name(page[i]["image"]) for page in pages)
+        files = tuple(name_below(page[i]["image"]) for page in pages)
         found.append(maker_of(kind).read(stated_map(kind, files), entry))
     return tuple(found)

@@ -16,7 +16,7 @@ from fire_atlas.atlas.sheet import Animation, AtlasSheet, Region, StateGraph
 from fire_atlas.core.checks import number, one_of, text
 from fire_atlas.core.errors import OutputError, RecipeError, SourceError
 from fire_atlas.core.files import MAX_JSON_BYTES, read_file
-from fire_atlas.core.output_file import OutputFile, plain_name
+from fire_atlas.core.output_file import OutputFile, name_below, plain_name
 from fire_atlas.formats.atlas.entries import (
     animations_on,
     bits_of,
@@ -155,7 +155,7 @@ def read_atlas(path: Path) -> AtlasFile:
     try:
         names = first["meta"].get("related_multi_packs", [])
         others = [_read_json(path.parent / plain_name(name)) for name in names]
-        return AtlasFile(path, _sheet([first, *others]))
+        return AtlasFile(path, _sheet(path.stem, [first, *others]))
     except (
         KeyError, TypeError, AttributeError, ValueError, ArithmeticError, IndexError
     ) as error:  # fmt: skip
@@ -181,8 +181,8 @@ def _read_json(path: Path) -> dict[str, Any]:
     return document
 
 
-def _sheet(documents: Sequence[dict[str, Any]]) -> AtlasSheet:
-    """Return the sheet described by ``documents``, the JSON of each page."""
+def _sheet(name: str, documents: Sequence[dict[str, Any]]) -> AtlasSheet:
+    """Return the sheet ``name`` described by ``documents``, the JSON of each page."""
     meta = documents[0]["meta"]
     about = meta["fireAtlas"]
     loops = about.get("loops", {})
@@ -192,15 +192,14 @@ def _sheet(documents: Sequence[dict[str, Any]]) -> AtlasSheet:
     singles = tuple(region for region in others if not region.duration)
     if not (regions or singles):
         raise ValueError("it has no frames")
-    image = Path(plain_name(meta["image"]))
     return AtlasSheet(
-        name=image.stem,
-        title=image.stem.partition("@")[0],
+        name=name,
+        title=name.partition("@")[0],
         scale=number(float(meta.get("scale", 1)), 0.001, 1),
         fps=_fps(about, regions),
         alpha=one_of(about["alpha"], ("straight", "premultiplied", "additive")),
         blend_space=one_of(about["blendSpace"], ("srgb", "linear")),
-        image_format=image.suffix[1:],
+        image_format=Path(name_below(meta["image"])).suffix[1:],
         pages=tuple(page_of(document["meta"]) for document in documents),
         regions=regions,
         animations=tuple(

@@ -55,7 +55,8 @@ def unexpected(recipe: Recipe, outputs: Iterable[tuple[str, str]]) -> Iterator[s
     known = list(files(recipe))
     for file, role in outputs:
         is_known = any(each.role == role and each.has(file) for each in known)
-        if not is_known and not (role == "template" and _is_rendered(recipe, file)):
+        is_known = is_known or (role == "template" and _is_rendered(recipe, file))
+        if not is_known or "/" in file:
             yield file
 
 

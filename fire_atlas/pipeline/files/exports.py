@@ -12,6 +12,7 @@ from fire_atlas.core.progress import Progress
 from fire_atlas.engines.engine import ENGINES, engine
 from fire_atlas.formats.product import Product
 from fire_atlas.formats.tables import EXPORTS, TRACKS
+from fire_atlas.pipeline.files.moved import moved_images
 from fire_atlas.recipe.output import (
     Export,
     TemplateExport,
@@ -41,8 +42,7 @@ def exported_files(
         FireAtlasError: Two files would be one on Windows or macOS, or an export cannot be written;
             about the key of the export.
     """
-    taken = {as_file_name(file) for sheet in product.sheets for file in sheet.files}
-    taken |= {as_file_name(sheet.heat.ramp) for sheet in product.sheets if sheet.heat}
+    taken = {as_file_name(file) for file in _image_files(product.sheets)}
     for i, export in enumerate(exports):
         with about(("exports", i)):
             for file in _files_of(export, product, templates):
@@ -50,6 +50,21 @@ def exported_files(
                     raise OutputError(_repeated(file.name, export))
                 taken.add(key)
                 yield file
+
+
+def at_their_places(
+    sheets: Sequence[AtlasSheet], exports: Sequence[Export], out: Path, progress: Progress
+) -> tuple[AtlasSheet, ...]:
+    """Return sheets whose images have the names under which they lie in the folder ``out`` now, if
+    they were renamed in an engine's editor; note which.
+
+    Raises:
+        OutputError: That cannot be told.
+    """
+    places = moved_images(_image_files(sheets), exports, out)
+    for file, place in places.items():
+        progress.note(f"{file} lies at {place} now and is written there")
+    return tuple(sheet.at(places) for sheet in sheets)
 
 
 def note_what_engines_need(exports: Sequence[Export], product: Product, progress: Progress) -> None:
@@ -82,6 +97,12 @@ def _files_of(
 
     for sheet in product.sheets:
         yield export_template(sheet, export, templates[export.template])
+
+
+def _image_files(sheets: Sequence[AtlasSheet]) -> list[str]:
+    """Return the names of all images: pages, their maps, and the ramp of heat."""
+    ramps = [sheet.heat.ramp for sheet in sheets[:1] if sheet.heat]
+    return [file for sheet in sheets for file in sheet.files] + ramps
 
 
 def _repeated(name: str, export: Export) -> str:

@@ -15,8 +15,12 @@ from fire_atlas.outputs.manifest import Manifest, OutputEntry, manifest_name
 from fire_atlas.outputs.ownership import commit
 from fire_atlas.outputs.staging import Staging
 from fire_atlas.pipeline.files.expected import expected_outputs, unexpected
+from fire_atlas.pipeline.files.moved import moved_images
 from fire_atlas.pipeline.input.check import CheckedRecipe
 from fire_atlas.recipe.models import Recipe
+
+_IMAGE_ROLES = {"page", "map", "ramp"}
+"""Roles of the images of sheets, which keep the names that engines' editors give them."""
 
 _MERGED_ROLES = {"import", "scene"}
 """Roles of the files in which a build keeps what an engine or a person has written."""
@@ -75,6 +79,7 @@ def _restored(
         data, manifest = archive.read_manifest(name)
         _refuse_unlike(manifest, loaded.recipe)
         _refuse_merging(manifest, out)
+        _refuse_moving(manifest, loaded.recipe, out)
         outputs = [*_extract(archive, manifest, staging), _write_manifest(name, data, staging)]
         written = commit(name, outputs, staging)
     return RestoredBuild(written, manifest.statistics)
@@ -97,6 +102,13 @@ def _refuse_merging(manifest: Manifest, out: Path) -> None:
         is_there = entry.role in _MERGED_ROLES and (out / entry.name).exists()
         if is_there and not entry.is_intact(out):
             raise CacheMissError(f"{entry.name} is there and was changed, which a build keeps")
+
+
+def _refuse_moving(manifest: Manifest, recipe: Recipe, out: Path) -> None:
+    """Raise if a build would write one of its images under another name, at which it lies now."""
+    images = [entry.name for entry in manifest.outputs if entry.role in _IMAGE_ROLES]
+    for file, place in moved_images(images, recipe.exports, out).items():
+        raise CacheMissError(f"{file} lies at {place} now, where a build writes it")
 
 
 def _extract(

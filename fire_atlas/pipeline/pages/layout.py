@@ -157,9 +157,9 @@ def images(
             yield from _heat_pages(sheet, shown, edges)
         for kind in kinds:
             yield from _map_images(kind, sheet, mapped, scale, edges, context)
-    if content.heat is not None:
+    if content.heat is not None and sheets[0].heat is not None:
         ramps = content.heat.ramps
-        yield Image(content.heat.description.ramp, "ramp", lambda: ramps, is_data=True)
+        yield Image(sheets[0].heat.ramp, "ramp", lambda: ramps, is_data=True)
 
 
 def _map_images(
