@@ -116,7 +116,7 @@ def name_below(name: str) -> str:
     Raises:
         ValueError: It leads elsewhere, or into a hidden folder or to a hidden file in one.
     """
-    parts = name.split("/")
+    parts = [plain_name(part) for part in name.split("/")]
     if len(parts) > 1 and any(part.startswith(".") for part in parts):
-        raise ValueError(f"{name!a} leads elsewhere, or to hidden files")
-    return "/".join(map(plain_name, parts))
+        raise ValueError(f"{name!a} leads to hidden files")
+    return name

@@ -94,17 +94,12 @@ class FolderManifests:
             return self.own is not None
         if role == "import" and _is_import_settings(self.out, file):
             return True  # the output has the user's edits merged in
-        manifests = [self.own, *self.others.values()]
-        entries = [entry for each in manifests if each for entry in each.outputs]
-        if any(entry.name == file and _describes(entry, self.out, file) for entry in entries):
-            return True
-        return any(_describes(entry, self.out, file) for entry in self._gone(role))
-
-    def _gone(self, role: str) -> list[OutputEntry]:
-        """Return what the build has written for a purpose and is not there any more: it may have
-        been given another name."""
-        outputs = self.own.outputs if self.own else ()
-        return [e for e in outputs if e.role == role and not (self.out / e.name).exists()]
+        own = self.own.outputs if self.own else ()
+        others = [entry for each in self.others.values() for entry in each.outputs]
+        # What the build has written for the same purpose may have been given this name since.
+        entries = [each for each in own if each.role == role]
+        entries += [each for each in (*own, *others) if each.name == file]
+        return any(_describes(entry, self.out, file) for entry in entries)
 
 
 def _files_in(out: Path) -> list[str]:

@@ -93,7 +93,20 @@ def test_a_key_that_is_missing_or_of_another_kind_makes_it_unsound(key: str, val
         decode_manifest(json.dumps(document).encode())
 
 
-@pytest.mark.parametrize("name", ["../fire.png", "a/b", "a\\b", "/fire.png", "C:b", "..", ""])
+def test_an_output_may_lie_in_a_folder_but_in_no_hidden_one() -> None:
+    def decoded(name: str) -> str:
+        outputs = (replace(SMALL.outputs[0], name=name),)
+        return decode_manifest(encode_manifest(replace(SMALL, outputs=outputs))).outputs[0].name
+
+    assert decoded("art/deep/page.png") == "art/deep/page.png"
+    for hidden in (".git/hooks", "art/.page.png"):
+        with pytest.raises(ValueError, match="leads to hidden files"):
+            decoded(hidden)
+
+
+@pytest.mark.parametrize(
+    "name", ["../fire.png", "a/../b", "a//b", "a\\b", "/fire.png", "C:b", "..", ""]
+)
 def test_an_output_elsewhere_makes_it_unsound(name: str) -> None:
     outputs = (replace(SMALL.outputs[0], name=name),)
     with pytest.raises(ValueError, match="is not a plain file name"):
