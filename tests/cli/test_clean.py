@@ -59,7 +59,7 @@ def test_a_link_is_not_followed(run: Run, campfire: Path) -> None:
     assert elsewhere.is_file() and page.is_symlink()
 
 
-@pytest.mark.parametrize("name", ["../precious.txt", "/etc/precious.txt", "a/b", "..", "C:x"])
+@pytest.mark.parametrize("name", ["../precious.txt", "/etc/precious.txt", "a/../b", "..", "C:x"])
 def test_a_manifest_that_climbs_out_of_its_folder_removes_nothing(
     run: Run, campfire: Path, name: str
 ) -> None:
