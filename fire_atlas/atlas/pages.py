@@ -50,7 +50,6 @@ def build_sheets(
     *,
     singles: Sequence[AnimationFrames] = (),
     textures: Sequence[AnimationFrames] = (),
-    margin: int = 0,
     shares: bool = True,
 ) -> tuple[AtlasSheet, ...]:
     """Return the sheet of all ``animations`` in each scale, the largest first, with equal layouts.
@@ -61,7 +60,6 @@ def build_sheets(
         settings: The recipe's section.
         singles: Single sprites, each a frame that no animation plays.
         textures: The cells of the textures of flakes, which are no animations.
-        margin: Empty px kept around trimmed frames.
         shares: Whether frames with the same pixels may share one place.
 
     Raises:
@@ -69,7 +67,7 @@ def build_sheets(
     """
     units = PackingUnits.of(settings)
     packed = [*animations, *singles, *textures]
-    parts = _parts([*animations, *singles], textures, _trim_of(settings), units.step, margin)
+    parts = _parts([*animations, *singles], textures, _trim_of(settings), units.step)
     sprites = [sprite for each in packed for sprite in each.sprites]
     keeps_all = settings.layout == "grid" or not (settings.dedupe and shares)
     originals = _firsts_in_place(packed) if keeps_all else _firsts_of_equal(sprites, parts)
@@ -111,17 +109,16 @@ def _parts(
     textures: Sequence[AnimationFrames],
     trim: Trim,
     unit: int,
-    margin: int,
 ) -> list[Rect]:
     """Return the part of its frame that each sprite shows; cells of textures stay whole."""
-    parts = [part for frames in animations for part in _parts_of(frames, trim, unit, margin)]
+    parts = [part for frames in animations for part in _parts_of(frames, trim, unit)]
     return parts + [part for each in textures for part in trim_rects(each.sprites, "none", unit)]
 
 
-def _parts_of(animation: AnimationFrames, trim: Trim, unit: int, margin: int) -> list[Rect]:
+def _parts_of(animation: AnimationFrames, trim: Trim, unit: int) -> list[Rect]:
     """Return the parts of the frames of an animation; nine-patches stay whole, as their borders are
     stretched from the edges of the frame."""
-    parts = trim_rects(animation.sprites, trim, unit, margin)
+    parts = trim_rects(animation.sprites, trim, unit, animation.margin)
     if all(sprite.border is None for sprite in animation.named):
         return parts
     whole = trim_rects(animation.sprites, "none", unit)

@@ -77,6 +77,7 @@ class AnimationFrames:
         frames_per_place: Number of consecutive frames, whose sprites are the same, that share one
             place.
         named: Of the user's sprites, what each frame has of its own; empty for other frames.
+        margin: Empty px kept around its trimmed frames.
     """
 
     name: str
@@ -86,6 +87,7 @@ class AnimationFrames:
     foot: tuple[float, float] | None
     frames_per_place: int = 1
     named: tuple[NamedSprite, ...] = ()
+    margin: int = 0
 
 
 @dataclass(frozen=True, slots=True)

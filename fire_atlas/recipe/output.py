@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, model_validator
 
 from fire_atlas.recipe.base import (
+    AUTO,
     BLOCK,
     DIFFERENT,
     LIST,
@@ -55,6 +56,12 @@ GODOT_BLEED = 4
 Quality = Annotated[
     Annotated[Literal["lossless"], WORD] | Annotated[int, Field(ge=1, le=100), NUMBER],
     either("`lossless` or a whole number from 1 to 100"),
+]
+
+
+TrimMargin = Annotated[
+    Annotated[Literal["auto"], AUTO] | Annotated[int, Field(ge=0, le=16), NUMBER],
+    either("`auto` or a whole number from 0 to 16"),
 ]
 
 
@@ -153,6 +160,11 @@ class Atlas(Settings):
     trim_threshold: int = Field(default=0, ge=0, le=254)
     """Borders count as empty where alpha (for ``alpha: additive``, light) is at most this, of
     255."""
+    trim_margin: TrimMargin = "auto"
+    """Transparent px of a frame (at full size) that trimming keeps around what is visible, so that
+    hard edges stay smooth where a client turns them or shows them between pixels. ``auto``: 1 of
+    sprites, of flat and pixel art and with ``mesh``, else 0. A frame that is visible up to its own
+    border has none there."""
     mesh: MeshOrNone = "none"
     """Tight polygons around what is visible of each frame (above ``trim_threshold``), drawn instead
     of rectangles by Godot 4 and Unity, and listed in all JSON. ``fire-atlas inspect`` prints how
@@ -469,6 +481,8 @@ def _pixel_contradictions(atlas: Atlas) -> Iterator[Problem]:
         )
     if atlas.trim_threshold and atlas.trim == "none":
         yield Problem(("trim_threshold",), "nothing is cut with trim none; leave one of them out")
+    if atlas.trim_margin != "auto" and atlas.trim == "none":
+        yield Problem(("trim_margin",), "nothing is cut with trim none; leave one of them out")
 
 
 def _heat_contradictions(atlas: Atlas) -> Iterator[Problem]:

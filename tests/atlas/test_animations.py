@@ -1,6 +1,7 @@
 """An animation lies on one page if a page can hold it, and pages are few all the same."""
 
 import random
+from dataclasses import replace
 from itertools import islice
 from typing import Any
 
@@ -251,10 +252,12 @@ def test_sheets_keep_animations_together_with_all_settings(keys: dict[str, Any])
         [(int(w), int(h)) for w, h in chance.integers(8, 50, (count, 2))]
         for count in (9, 12, 6, 90, 8)
     ]
-    frames = [animation_of(each, f"a{i}", seed=i) for i, each in enumerate(sizes)]
+    frames = [
+        replace(animation_of(each, f"a{i}", seed=i), margin=2) for i, each in enumerate(sizes)
+    ]
     atlas = Atlas.model_validate({"max_size": 256, "dedupe": False, **keys})
-    sheets = build_sheets("all", frames, atlas, margin=2)
-    alone = [build_sheets(each.name, [each], atlas, margin=2)[0] for each in frames]
+    sheets = build_sheets("all", frames, atlas)
+    alone = [build_sheets(each.name, [each], atlas)[0] for each in frames]
     needs_several = [each.title for each in alone if len(each.pages) > 1]
     for sheet in sheets:
         split = split_animations(sheet)
@@ -262,4 +265,4 @@ def test_sheets_keep_animations_together_with_all_settings(keys: dict[str, Any])
     size = sufficient_size(PageFrames.of(sheets[0]).alone(3), atlas)
     assert size is not None and size > 256
     larger = Atlas.model_validate({**keys, "max_size": size, "dedupe": False})
-    assert split_animations(build_sheets("all", frames, larger, margin=2)[0]) == []
+    assert split_animations(build_sheets("all", frames, larger)[0]) == []

@@ -33,6 +33,8 @@ from fire_atlas.pipeline.animation.simulate import (
     without_dark_end,
 )
 from fire_atlas.recipe.models import Recipe
+from fire_atlas.recipe.source import FramesSource
+from fire_atlas.vision.flat_art import is_flat_art
 
 if TYPE_CHECKING:
     from fire_atlas.pipeline.animation.flake_texture import PreparedTexture
@@ -175,6 +177,7 @@ def finish(recipe: Recipe, simulated: SimulatedClip, context: BuildContext) -> F
         tracks=simulated.tracks,
         bakes_flakes=recipe.bakes_flakes,
         pixel_art=recipe.is_pixel_art,
+        has_hard_edges=isinstance(recipe.source, FramesSource) and is_flat_art(clip),
         camera=None if clip.depth is None else clip.depth.camera,
         statistics=_statistics(recipe, clip, simulated.tracks),
     )

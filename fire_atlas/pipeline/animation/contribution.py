@@ -40,6 +40,7 @@ class FinishedAnimation:
         tracks: Flakes, if there are any.
         bakes_flakes: Whether flakes are drawn into the frames.
         pixel_art: Whether it is pixel art, whose pixels stay sharp when they are shown larger.
+        has_hard_edges: Whether it may end abruptly, as drawings and icons do.
         camera: The camera that sees the fire, if it has depth.
         frames_per_place: Number of consecutive frames whose sprites are the same, with the heat of
             each in a channel of its own.
@@ -55,17 +56,20 @@ class FinishedAnimation:
     tracks: Tracks | None = None
     bakes_flakes: bool = False
     pixel_art: bool = False
+    has_hard_edges: bool = False
     camera: Camera | None = None
     frames_per_place: int = 1
     named: tuple[NamedSprite, ...] = ()
     statistics: Mapping[str, Any] = field(default_factory=dict)
 
-    def frames_for_pages(self, name: str) -> AnimationFrames:
-        """Return the frames in the largest scale for packing, as the animation ``name``."""
+    def frames_for_pages(self, name: str, margin: int) -> AnimationFrames:
+        """Return the frames in the largest scale for packing, as the animation ``name``, with so
+        many empty px around them."""
         sprites = tuple(frame.sprites[0] for frame in self.frames)
         return AnimationFrames(
-            name, sprites, 1000 / self.fps, self.loop, self.foot, self.frames_per_place, self.named
-        )
+            name, sprites, 1000 / self.fps, self.loop, self.foot, self.frames_per_place, self.named,
+            margin,
+        )  # fmt: skip
 
     def all_statistics(self) -> dict[str, Any]:
         """Return the statistics with those of maps, as the manifest states them."""
@@ -91,10 +95,11 @@ class FinishedSprite:
     frame: RenderedFrame
     named: NamedSprite
 
-    def for_pages(self) -> AnimationFrames:
-        """Return it in the largest scale for packing: a frame that no animation plays."""
+    def for_pages(self, margin: int) -> AnimationFrames:
+        """Return it in the largest scale for packing, with so many empty px around it: a frame that
+        no animation plays."""
         name, sprites = self.named.name, self.frame.sprites[:1]
-        return AnimationFrames(name, sprites, 0.0, False, None, named=(self.named,))
+        return AnimationFrames(name, sprites, 0.0, False, None, named=(self.named,), margin=margin)
 
 
 def maps_of(

@@ -29,6 +29,7 @@ def pack_only(recipe: Recipe, sprites: Sprites, context: BuildContext) -> Contri
             [rendered[i].frame for i in played],
             sprites.rates[title],
             loop=recipe.timeline.loop != "none",
+            has_hard_edges=True,
             named=tuple(rendered[i].named for i in played),
         )
         for title, played in names.animations.items()

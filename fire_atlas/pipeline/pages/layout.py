@@ -60,13 +60,21 @@ def pack(
     name, atlas, maps = loaded.recipe.name, loaded.recipe.atlas, loaded.recipe.maps
     animations, textures = content.animations, content.textures
     kinds, mapped = kinds_in(maps), list(animations.values())
-    singles = [sprite.for_pages() for sprite in content.single]
-    margin = max((_margin(kind, mapped) for kind in kinds), default=0)
-    packed = [animation.frames_for_pages(title) for title, animation in animations.items()]
+    around = max((_margin(kind, mapped) for kind in kinds), default=0)
+    singles = [
+        sprite.for_pages(max(around, _trim_margin(atlas, has_hard_edges=True)))
+        for sprite in content.single
+    ]
+    packed = [
+        animation.frames_for_pages(
+            title, max(around, _trim_margin(atlas, animation.has_hard_edges))
+        )
+        for title, animation in animations.items()
+    ]
     cells = [each.frames_for_pages(title, packed[0].duration) for title, each in textures.items()]
     sheets = build_sheets(
         name, packed, atlas,
-        singles=singles, textures=cells, margin=margin, shares=maps == Maps(),
+        singles=singles, textures=cells, shares=maps == Maps(),
     )  # fmt: skip
     _refuse_split(sheets[0], textures)
     if len(sheets[0].pages) > 1:
@@ -77,7 +85,8 @@ def pack(
         from fire_atlas.pipeline.pages.page_count import note_empty_cells
 
         note_empty_cells(sheets[0], (atlas.grid.columns, atlas.grid.rows), context)
-    sheets = _with_meshes(sheets, content, margin, atlas, context)
+    around = max(around, _trim_margin(atlas, has_hard_edges=True))
+    sheets = _with_meshes(sheets, content, around, atlas, context)
     sheets = tuple(with_maps(content.described(sheet), mapped, maps) for sheet in sheets)
     return tuple(with_textures(sheet, atlas) for sheet in sheets)
 
@@ -85,6 +94,13 @@ def pack(
 def _margin(kind: MapKind, animations: Sequence[FinishedAnimation]) -> int:
     """Return how many px around all frames a map needs."""
     return maker_of(kind).margin([each.maps[kind.name] for each in animations])
+
+
+def _trim_margin(atlas: Atlas, has_hard_edges: bool) -> int:
+    """Return how many empty px trimming keeps around frames."""
+    if atlas.trim_margin != "auto":
+        return atlas.trim_margin
+    return 1 if has_hard_edges or atlas.mesh != "none" else 0
 
 
 def _with_meshes(
