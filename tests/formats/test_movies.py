@@ -5,6 +5,9 @@ import io
 import itertools
 import json
 import re
+import shutil
+import struct
+import subprocess
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -26,6 +29,7 @@ from fire_atlas.formats.movies.write import write_movie
 from fire_atlas.preview.blend import blend
 from fire_atlas.preview.cut_frames import aligned_frames
 from fire_atlas.recipe.output import MovieName
+from tests.support.requirements import missing
 
 NAMES: tuple[MovieName, ...] = ("webm", "webp", "apng", "gif", "mp4")
 COUNT = 8
@@ -167,6 +171,32 @@ def test_an_mp4_has_the_picture_over_black_beside_its_alpha(
         black = blend(frame, (0, 0, 0), "straight", "srgb")
         assert np.abs(pixels[..., :3] - black).mean() < 3
         assert np.abs(pixels[..., 3] - frame[..., 3]).mean() < 2
+
+
+def test_an_mp4_plays_while_it_loads(folder: Path) -> None:
+    """Its index stands before its frames, so FFmpeg decodes them from a stream it cannot seek."""
+    data = (folder / "build" / "fire.mp4").read_bytes()
+    at, boxes = 0, list[bytes]()
+    while at < len(data):
+        (size,) = struct.unpack_from(">I", data, at)
+        boxes.append(data[at + 4 : at + 8])
+        at += size
+    assert [box for box in boxes if box in {b"moov", b"mdat"}] == [b"moov", b"mdat"]
+    probe = shutil.which("ffprobe") or missing("needs ffmpeg (Debian: apt-get install ffmpeg)")
+    asked = "-v", "error", "-count_frames", "-show_entries", "stream=nb_read_frames,codec_name"
+    line = [probe, *asked, "-of", "csv=p=0", "pipe:0"]
+    ran = subprocess.run(line, input=data, capture_output=True, check=False)
+    assert (ran.stdout.decode().strip(), ran.stderr) == (f"h264,{COUNT}", b"")
+
+
+def test_additive_pages_say_that_no_movie_adds_light(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    keys = {**RECIPE, "source": {**SOURCE, "count": 2}, "movies": ["apng"], "flakes": "none"}
+    for alpha, is_noted in ("additive", True), ("premultiplied", False):
+        (tmp_path / "fire.yaml").write_text(json.dumps({**keys, "atlas": {"alpha": alpha}}))
+        assert main(["build", str(tmp_path / "fire.yaml")]) == 0
+        assert ("no player adds the light of a movie" in capsys.readouterr().err) is is_noted
 
 
 def test_movies_are_the_same_bytes_again_with_another_number_of_workers(folder: Path) -> None:

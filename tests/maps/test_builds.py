@@ -35,6 +35,17 @@ def build(folder: Path, *args: str, code: int = 0, name: str = "fire", **keys: A
     return folder / "build"
 
 
+def test_data_states_no_colour_space_and_colours_do(tmp_path: Path) -> None:
+    keys: dict[str, Any] = {"motion": "godot", "haze": True, "flame": True}
+    for compression in "fast", "small":
+        made = build(tmp_path, maps=keys, flakes="none", atlas={"compression": compression})
+        stated = {path.name: b"sRGB" in path.read_bytes()[:64] for path in made.glob("*.png")}
+        assert stated == {
+            "fire.png": True, "fire.flame.png": True, "fire.motion.png": False,
+            "fire.haze.png": False,
+        }  # fmt: skip
+
+
 def refused(folder: Path, **keys: Any) -> str:
     build(folder, code=2, **keys)
     return (folder / "said.txt").read_text(encoding="utf-8")

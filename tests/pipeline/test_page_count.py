@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from PIL import Image
 
 from tests.sources.test_framing import film
 from tests.support.clips import real
@@ -33,6 +34,20 @@ def advised(said: str, enough: str) -> list[list[str]]:
     assert found, said
     choices = re.split(r", | or ", found[1])
     return [[pair.replace(": ", "=") for pair in each.split(" and ")] for each in choices]
+
+
+@pytest.mark.parametrize(("width", "is_noted"), [(4096, False), (4100, True)])
+def test_pages_that_many_phones_cannot_load_are_noted(
+    width: int, is_noted: bool, tmp_path: Path
+) -> None:
+    repo = Repo(tmp_path / "repo")
+    Image.new("RGBA", (width, 4), "orange").save(repo.folder / "bar.png")
+    recipe = repo.folder / "fire.yaml"
+    recipe.write_text("source: {kind: sprites, path: bar.png}\natlas: {max_size: 8192}")
+    ran = repo.run("build", recipe)
+    assert ran.code == 0
+    noted = "4100x4 px are more than many phones load, 4096 px a side: atlas.max_size: 4096"
+    assert (noted in " ".join(ran.err.split())) is is_noted
 
 
 @pytest.mark.parametrize("atlas", SETTINGS, ids=str)

@@ -109,8 +109,14 @@ def _encoded(movie: Movie, encoding: _Format) -> bytes:
     av.logging.set_level(None)
     file = io.BytesIO()
     try:
-        # Without the flag the container has a random number and the versions of libraries.
-        container = av.open(file, "w", encoding.container, options={"fflags": "+bitexact"})
+        container = av.open(
+            file, "w", encoding.container,
+            # Without the first flag the container has a random number and the versions of
+            # libraries; the second puts an MP4's index before its frames, so that it plays while
+            # it is loaded: FFmpeg then reads again what it has written.
+            options={"fflags": "+bitexact", "movflags": "+faststart"},
+            io_open=lambda *_: io.BytesIO(file.getvalue()),
+        )  # fmt: skip
         with container:
             _write_frames(movie, encoding, container, av)
     except (av.FFmpegError, ValueError) as error:

@@ -36,7 +36,7 @@ def write_page(
     """Write an (H, W, 4) RGBA page, or (H, W) of heat: as the settings say if it is uint8, as
     OpenEXR if float16.
 
-    Data, which no client may get changed, is written without loss.
+    Data, which no client may get changed, is written without loss and states no colour space.
     """
     if image.dtype == np.float16:
         write_exr(file, image)
@@ -49,7 +49,7 @@ def write_page(
                 _write_lossy_webp(file, image, settings.quality, settings, workers)
         case "png":
             write = write_small_png if settings.compression == "small" else write_png
-            write(file, image, workers)
+            write(file, image, workers, is_data=is_data)
         case _:
             assert_never(settings.format)
 

@@ -40,12 +40,19 @@ class _Band(NamedTuple):
     """Bytes before deflation."""
 
 
-def write_png(file: BinaryIO, image: NDArray[Any], workers: Workers) -> None:
-    """Write an (H, W, 4) RGBA image, uint8 or uint16, or one of heat, (H, W), band by band."""
+def write_png(
+    file: BinaryIO, image: NDArray[Any], workers: Workers, *, is_data: bool = False
+) -> None:
+    """Write an (H, W, 4) RGBA image, uint8 or uint16, or one of heat, (H, W), band by band.
+
+    ``is_data``: its values are no colours, and it states no colour space.
+    """
     height, width = image.shape[:2]
     file.write(SIGNATURE)
-    if image.ndim == 2:  # data without a colour space
+    if image.ndim == 2:
         _write_size(file, width, height, 8, _GREY)
+    elif is_data:
+        _write_size(file, width, height, 8 * image.itemsize, _RGBA)
     else:
         write_header(file, width, height, 8 * image.itemsize)
     # The more significant byte of 16 bits comes first.
@@ -76,14 +83,16 @@ def compressed_pixels(image: Bytes) -> bytes:
     return bytes(deflate.zlib_compress(_filtered(np.ascontiguousarray(image), 0, len(image)), 9))
 
 
-def write_small_png(file: BinaryIO, image: NDArray[Any], workers: Workers) -> None:
+def write_small_png(
+    file: BinaryIO, image: NDArray[Any], workers: Workers, *, is_data: bool = False
+) -> None:
     """Write an image as ``write_png`` does, optimised by oxipng, an optional dependency.
 
     Raises:
         OutputError: oxipng failed.
     """
     fast = io.BytesIO()
-    write_png(fast, image, workers)
+    write_png(fast, image, workers, is_data=is_data)
     done = run_module("fire_atlas.formats.pages.oxipng_process", fast.getvalue())
     if done.returncode:
         reason = done.stderr.decode(errors="replace").strip().rpartition("\n")[2]

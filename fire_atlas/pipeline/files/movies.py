@@ -43,6 +43,11 @@ def movie_files(
         return
     if not content.animations:
         context.progress.note("movies: single sprites have none, and there is no animation here")
+    elif sheet.alpha == "additive":
+        context.progress.note(
+            "movies: no player adds the light of a movie, as clients do that of pages with "
+            "atlas.alpha: additive; over something bright it is less bright"
+        )
     from fire_atlas.formats.movies.write import write_movie
 
     regions, shown = iter(sheet.regions), dict[str, Movie]()

@@ -24,6 +24,9 @@ from fire_atlas.pipeline.pages.content import PageContent
 from fire_atlas.recipe.load import LoadedRecipe
 from fire_atlas.recipe.output import Atlas, Maps
 
+_PHONE_SIDE = 4096
+"""Largest side of a texture, px, that nearly all phones load."""
+
 
 class Image(NamedTuple):
     """An image to be written."""
@@ -81,6 +84,12 @@ def pack(
         from fire_atlas.pipeline.pages.page_count import check_page_count
 
         check_page_count(sheets[0], loaded, animations, context)
+    largest = max(sheets[0].pages, key=lambda page: max(page.width, page.height))
+    if max(largest.width, largest.height) > _PHONE_SIDE:
+        context.progress.note(
+            f"{largest.width}x{largest.height} px are more than many phones load, "
+            f"{_PHONE_SIDE} px a side: atlas.max_size: {_PHONE_SIDE} keeps to that"
+        )
     if atlas.grid is not None:
         from fire_atlas.pipeline.pages.page_count import note_empty_cells
 
