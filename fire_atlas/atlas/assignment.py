@@ -73,7 +73,7 @@ def assign(animations: Sequence[Sequence[int]], room: Room) -> Assignment:
     groups = _groups(animations, room)
     divided = {animation: room.divided(frames) for animation, frames in groups.items()}
     if len(groups) == 1:
-        pages = [[_Run(each, part)] for each, parts in divided.items() for part in parts]
+        pages = [[_Run(animation, part)] for animation, parts in divided.items() for part in parts]
     else:
         pages = sorted(_assigned(divided, room), key=min)
     page_of = {
@@ -168,8 +168,8 @@ def _leading(frames: frozenset[int], more: Sequence[Frames], room: Room) -> int:
 def _unions(frames: frozenset[int], more: Sequence[Frames], room: Room) -> Iterator[frozenset[int]]:
     """Yield ``frames``, then these with the first of ``more``, and so on while the area allows."""
     yield frames
-    for each in more:
-        frames = frames.union(each)
+    for following in more:
+        frames = frames.union(following)
         if room.area(frames) > room.capacity:
             return
         yield frames

@@ -104,7 +104,7 @@ def as_straight(image: Bytes, alpha: str, blend_space: str) -> Bytes:
 def over_smoke(page: Bytes, smoke: Bytes, alpha: str, blend_space: str) -> Bytes:
     """Return encoded RGBA bytes (H, W, 4) of fire over its smoke, encoded as the page is; of pages
     that are added, with the smoke's coverage as alpha."""
-    fire, below = (_blended(each, alpha, blend_space) for each in (page, smoke))
+    fire, below = (_blended(image, alpha, blend_space) for image in (page, smoke))
     left = 1 - fire[..., 3:]
     both = np.minimum(fire + left * below, 1)
     if alpha == "straight":
@@ -136,13 +136,13 @@ def encode_sprites(picture: Picture, settings: Atlas) -> tuple[Sprite, ...]:
         return (_sprite_of_bytes(picture, settings.trim_threshold),)
     return tuple(
         encode_sprite(
-            each,
+            variant,
             settings.alpha,
             settings.blend_space,
             settings.trim_threshold,
             bits=settings.bits,
         )
-        for each in scaled(as_light(picture), settings.scales)
+        for variant in scaled(as_light(picture), settings.scales)
     )
 
 
@@ -153,7 +153,7 @@ def scaled(pixels: Pixels, scales: Sequence[float]) -> list[Pixels]:
 
 def light_images(pixels: Pixels, scales: Sequence[float]) -> tuple[CompressedImage, ...]:
     """Return the light of a frame (H, W, 4) as trimmed half floats for the pages of each scale."""
-    return tuple(_light_image(each) for each in scaled(pixels, scales))
+    return tuple(_light_image(variant) for variant in scaled(pixels, scales))
 
 
 def _light_image(pixels: Pixels) -> CompressedImage:

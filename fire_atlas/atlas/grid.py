@@ -111,7 +111,7 @@ def _smallest_pages(
     most = max(shape.cells for shape in shapes)
     fewest = len(assign(animations, _GridRoom(most)).pages)
     frames = sum(map(len, animations))
-    least = max((len(each) for each in animations if len(each) <= most), default=1)
+    least = max((len(animation) for animation in animations if len(animation) <= most), default=1)
     for shape in shapes:
         if shape.cells >= max(least, frames / fewest):
             assignment = assign(animations, _GridRoom(shape.cells))

@@ -269,10 +269,10 @@ def _reduced(polygon: list[Point], shape: _VisibleShape, most: int) -> list[Poin
     while len(kept[0]) > most:
         is_last = len(kept[0]) - most <= _BEAM_REMOVALS
         smaller: dict[frozenset[Point], list[Point]] = {}
-        for each in kept:
-            changes = _valid_changes(_removals(each, joints), each, shape)
+        for outline in kept:
+            changes = _valid_changes(_removals(outline, joints), outline, shape)
             for change in islice(changes, _BEAM_CHANGES if is_last else 1):
-                changed = change.apply(each)
+                changed = change.apply(outline)
                 smaller.setdefault(frozenset(changed), changed)
         if not smaller:
             break

@@ -86,7 +86,7 @@ def packed_pages(
 def _packing(
     pages: Sequence[FilledPage], assignment: Assignment, animations: Sequence[Sequence[int]]
 ) -> Packing:
-    placed = [{each.number: each for each in page.placements} for page in pages]
+    placed = [{placement.number: placement for placement in page.placements} for page in pages]
     places = tuple(
         PagePlacement(page_of[i], *placed[page_of[i]][i][1:])
         for frames, page_of in zip(animations, assignment.page_of, strict=True)
@@ -128,7 +128,7 @@ class _PackedRoom:
             return [frames]
         parts = []
         for page in filled_pages(self._padded, frames, self._rules, self._tries):
-            placed = frozenset(each.number for each in page.placements)
+            placed = frozenset(placement.number for placement in page.placements)
             self._trials[placed] = self._finished[placed] = page._replace(unplaced_area=0)
             parts.append(tuple(i for i in frames if i in placed))
         return parts

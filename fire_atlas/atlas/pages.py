@@ -68,7 +68,7 @@ def build_sheets(
     units = PackingUnits.of(settings)
     packed = [*animations, *singles, *textures]
     parts = _parts([*animations, *singles], textures, _trim_of(settings), units.step)
-    sprites = [sprite for each in packed for sprite in each.sprites]
+    sprites = [sprite for animation in packed for sprite in animation.sprites]
     keeps_all = settings.layout == "grid" or not (settings.dedupe and shares)
     originals = _firsts_in_place(packed) if keeps_all else _firsts_of_equal(sprites, parts)
     listed = _listed(name, animations)
@@ -78,7 +78,7 @@ def build_sheets(
     _refuse_too_large(names, parts, units)
     if settings.grid is not None:
         _refuse_too_many_cells(parts, settings, units)
-    counts = [len(each.sprites) for each in packed]
+    counts = [len(animation.sprites) for animation in packed]
     quick = QUICK if len(singles) <= _MANY else _TRIES_OF_MANY
     tries = THOROUGH if settings.compression == "small" else quick
     packing, cells = _packed(parts, originals, counts, settings, units, tries)
@@ -112,7 +112,9 @@ def _parts(
 ) -> list[Rect]:
     """Return the part of its frame that each sprite shows; cells of textures stay whole."""
     parts = [part for frames in animations for part in _parts_of(frames, trim, unit)]
-    return parts + [part for each in textures for part in trim_rects(each.sprites, "none", unit)]
+    return parts + [
+        part for texture in textures for part in trim_rects(texture.sprites, "none", unit)
+    ]
 
 
 def _parts_of(animation: AnimationFrames, trim: Trim, unit: int) -> list[Rect]:
@@ -130,9 +132,11 @@ def _parts_of(animation: AnimationFrames, trim: Trim, unit: int) -> list[Rect]:
 
 def _listed(name: str, animations: Sequence[AnimationFrames]) -> tuple[Animation, ...]:
     """Name all frames: ``campfire/0000`` if there is one animation, else ``name/walk/0000``."""
-    if [each.name for each in animations] == [name]:
+    if [animation.name for animation in animations] == [name]:
         return (_with_frame_names(animations[0], name),)
-    return tuple(_with_frame_names(each, f"{name}/{each.name}") for each in animations)
+    return tuple(
+        _with_frame_names(animation, f"{name}/{animation.name}") for animation in animations
+    )
 
 
 def _with_frame_names(animation: AnimationFrames, prefix: str) -> Animation:
@@ -192,9 +196,11 @@ def _firsts_in_place(packed: Sequence[AnimationFrames]) -> list[int]:
     """Return for each sprite the index of the first of those that are packed into one place: the
     four frames that lie in the channels of one cell (``heat4``), equal or not."""
     firsts, start = list[int](), 0
-    for each in packed:
-        firsts += [start + i - i % each.frames_per_place for i in range(len(each.sprites))]
-        start += len(each.sprites)
+    for animation in packed:
+        firsts += [
+            start + i - i % animation.frames_per_place for i in range(len(animation.sprites))
+        ]
+        start += len(animation.sprites)
     return firsts
 
 

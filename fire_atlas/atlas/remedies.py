@@ -53,7 +53,10 @@ class PageFrames:
             textures.setdefault(cell.name.rpartition("/")[0], []).append(numbers[cell.name])
         return cls(
             tuple(sizes),
-            tuple(tuple(numbers[frame] for frame in each.frames) for each in sheet.animations),
+            tuple(
+                tuple(numbers[frame] for frame in animation.frames)
+                for animation in sheet.animations
+            ),
             (*((numbers[single.name],) for single in sheet.singles), *textures.values()),
         )
 
@@ -103,7 +106,7 @@ class PageFrames:
 def split_animations(sheet: AtlasSheet) -> list[int]:
     """Return the indices of the animations whose frames lie on several pages."""
     page = {region.name: region.page for region in sheet.regions}
-    on_pages = [{page[frame] for frame in each.frames} for each in sheet.animations]
+    on_pages = [{page[frame] for frame in animation.frames} for animation in sheet.animations]
     return [i for i, pages in enumerate(on_pages) if len(pages) > 1]
 
 

@@ -21,7 +21,9 @@ def filled_page(
     ``padded`` are the sizes of all rectangles, with padding at the right and the bottom.
     """
     page = Search([padded[i] for i in numbers], rules).best(tries)
-    placements = (each._replace(number=numbers[each.number]) for each in page.placements)
+    placements = (
+        placement._replace(number=numbers[placement.number]) for placement in page.placements
+    )
     return page._replace(placements=tuple(placements))
 
 
@@ -51,7 +53,7 @@ def _by_size(
     while left:
         page = filled_page(padded, left, rules, tries)
         pages.append(page)
-        placed = {each.number for each in page.placements}
+        placed = {placement.number for placement in page.placements}
         left = [i for i in left if i not in placed]
     return pages
 

@@ -405,13 +405,15 @@ class AtlasSheet:
     @property
     def files(self) -> list[str]:
         """File names of all images, the pages first."""
-        maps = [file for each in self.maps for file in each.files]
+        maps = [file for sheet_map in self.maps for file in sheet_map.files]
         return [page.file for page in self.pages] + maps
 
     @property
     def motion(self) -> VectorScale | None:
         """Scale of the motion vectors; None if there are none."""
-        return next((each.vectors for each in self.maps if each.kind == "motion"), None)
+        return next(
+            (sheet_map.vectors for sheet_map in self.maps if sheet_map.kind == "motion"), None
+        )
 
     @property
     def has_meshes(self) -> bool:
@@ -420,11 +422,11 @@ class AtlasSheet:
 
     def has_map(self, kind: str) -> bool:
         """Whether there are maps of that kind."""
-        return any(each.kind == kind for each in self.maps)
+        return any(sheet_map.kind == kind for sheet_map in self.maps)
 
     def map(self, kind: str) -> SheetMap:
         """Return the maps of that kind, which must exist."""
-        return next(each for each in self.maps if each.kind == kind)
+        return next(sheet_map for sheet_map in self.maps if sheet_map.kind == kind)
 
     def file(self, page: int, ending: str) -> str:
         """Return the name of a page's file with that ending: ``fire.json``, ``fire-1.json``, ..."""
@@ -432,11 +434,11 @@ class AtlasSheet:
 
     def images(self, page: int) -> list[str]:
         """Return the names of a page's file and of its maps."""
-        return [self.pages[page].file, *(each.files[page] for each in self.maps)]
+        return [self.pages[page].file, *(sheet_map.files[page] for sheet_map in self.maps)]
 
     def map_of(self, image: str) -> SheetMap | None:
         """Return the maps that an image is one of; None for a page."""
-        return next((each for each in self.maps if image in each.files), None)
+        return next((sheet_map for sheet_map in self.maps if image in sheet_map.files), None)
 
     def channels_of(self, image: str) -> Channels:
         """Return how many channels of 8 bits clients read of an image."""
@@ -462,7 +464,10 @@ class AtlasSheet:
         return replace(
             self,
             pages=tuple(replace(page, file=place(page.file)) for page in self.pages),
-            maps=tuple(replace(each, files=tuple(map(place, each.files))) for each in self.maps),
+            maps=tuple(
+                replace(sheet_map, files=tuple(map(place, sheet_map.files)))
+                for sheet_map in self.maps
+            ),
             gpu=tuple(replace(texture, image=place(texture.image)) for texture in self.gpu),
             heat=self.heat and replace(self.heat, ramp=place(self.heat.ramp)),
         )

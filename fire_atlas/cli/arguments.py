@@ -95,7 +95,7 @@ def _without_dashes(argv: Sequence[str]) -> list[str]:
     argparse parses intermixed arguments twice, and forgets ``--`` after the first time.
     """
     end = argv.index("--") if "--" in argv else len(argv)
-    names = (f"./{each}" if each.startswith("-") else each for each in argv[end + 1 :])
+    names = (f"./{word}" if word.startswith("-") else word for word in argv[end + 1 :])
     return [*argv[: end + 1], *names]
 
 

@@ -56,8 +56,8 @@ def run(args: Namespace) -> int:
         for count in dict.fromkeys(clip.count for clip in clips):
             if advice := length_advice(count):
                 view.note(advice)
-        for path, each in zip(loaded.source_files.values(), profile.sides, strict=True):
-            if advice := size_advice(each):
+        for path, side in zip(loaded.source_files.values(), profile.sides, strict=True):
+            if advice := size_advice(side):
                 view.note(f"{path}: {advice}")
         staging.protect([path for clip in clips for path in clip.inputs])
         written = {out: write_profile(profile), picture: profile_picture(profile, clips)}

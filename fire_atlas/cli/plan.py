@@ -66,7 +66,7 @@ def _writers(tree: RecipeTree, written: Mapping[Path, Sequence[RecipeTree]]) -> 
     """Return the recipes whose outputs ``tree`` reads; ``written`` has the recipes by folder."""
     found = dict[Path, None]()
     for path in _sources(tree):
-        named = [each for each in written.get(path.parent, ()) if _may_write(each.name, path)]
+        named = [output for output in written.get(path.parent, ()) if _may_write(output.name, path)]
         for writer in (*written.get(path, ()), *named):
             found[writer.path] = None
     return [path for path in found if path != tree.path]
@@ -75,7 +75,7 @@ def _writers(tree: RecipeTree, written: Mapping[Path, Sequence[RecipeTree]]) -> 
 def _sources(tree: RecipeTree) -> list[Path]:
     """Return the files, folders and globs that a recipe and its members name as inputs."""
     with suppress(OSError, ValueError):  # not the name of a file: the build reports it
-        return [path for each in (tree, *tree.members) for path in named_files(each).values()]
+        return [path for recipe in (tree, *tree.members) for path in named_files(recipe).values()]
     return []
 
 

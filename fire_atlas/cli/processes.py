@@ -80,7 +80,7 @@ class BuildProcesses:
         for process in processes:
             process.terminate()
         latest = time.monotonic() + _EXIT_SECONDS
-        while time.monotonic() < latest and any(each.poll() is None for each in processes):
+        while time.monotonic() < latest and any(process.poll() is None for process in processes):
             time.sleep(0.01)
 
     def __enter__(self) -> Self:

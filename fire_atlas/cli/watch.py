@@ -169,8 +169,8 @@ def _add_inputs(tree: RecipeTree, watched: _Watched) -> None:
     watched.folders |= {real(folder) for folder in folders_of(tree)}
     watched.files |= {real(path) for path in read} - watched.folders
     named = [
-        each.named_at(key, str(each.value(key)))
-        for each in (tree, *tree.members)
-        for key in named_files(each)
+        recipe.named_at(key, str(recipe.value(key)))
+        for recipe in (tree, *tree.members)
+        for key in named_files(recipe)
     ]
     watched.files |= {link for path in (*read, *named) for link in links_to(path)}

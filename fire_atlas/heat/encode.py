@@ -95,10 +95,10 @@ class HeatError:
     def of(cls, parts: Iterable[ErrorSums], *, has_flakes: bool) -> Self:
         """Return the error of all frames."""
         known = list(parts)
-        values = sum(each.values for each in known)
-        light = sum(each.light for each in known)
-        rms = math.sqrt(sum(each.squares for each in known) / values) if values else 0.0
-        off = sum(each.light_off for each in known) / light if light else 0.0
+        values = sum(part.values for part in known)
+        light = sum(part.light for part in known)
+        rms = math.sqrt(sum(part.squares for part in known) / values) if values else 0.0
+        off = sum(part.light_off for part in known) / light if light else 0.0
         return cls(round(rms, 3), round(off, 4), has_flakes)
 
 

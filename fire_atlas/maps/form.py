@@ -123,7 +123,7 @@ def form_sprites(
 def _deepest(sprites: Iterable[CompressedImage]) -> float:
     """Return the largest depth, before or behind the foot of the fire, px."""
     depths = (sprite.image[..., 3] for sprite in sprites)
-    return max((float(np.abs(each).max(initial=0)) for each in depths), default=0.0)
+    return max((float(np.abs(depth).max(initial=0)) for depth in depths), default=0.0)
 
 
 def _depth_bytes(depth: Plane, sheet: AtlasSheet) -> NDArray[np.uint8]:

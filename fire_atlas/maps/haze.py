@@ -99,7 +99,7 @@ class _Haze(Maker):
     def described(
         self, kind: MapKind, sheet: AtlasSheet, animations: Sequence[MappedAnimation], maps: Maps
     ) -> SheetMap:
-        longest = [each.maps[kind.name].longest for each in animations]
+        longest = [animation.maps[kind.name].longest for animation in animations]
         scale = vector_scale(sheet, longest, motion_encoding(HAZE_ENGINE))
         # It shifts what is behind the page, so cells do not matter.
         return replace(files_of(kind, sheet), vectors=replace(scale, cell_uv=None, gutter=None))
@@ -107,7 +107,7 @@ class _Haze(Maker):
     def content(
         self, kind: MapKind, animations: Sequence[MappedAnimation], scale: int
     ) -> list[FrameVectors]:
-        return [frame for each in animations for frame in each.maps[kind.name].frames()]
+        return [frame for animation in animations for frame in animation.maps[kind.name].frames()]
 
     def draw(
         self,
@@ -163,6 +163,6 @@ def _weight(kappa: Plane, shape: tuple[int, int], cell: int) -> NDArray[np.float
     across = np.clip(np.minimum(x, width - x) / edge, 0, 1)
     along = np.clip(np.minimum(y, height - y) / edge, 0, 1)
     centres = np.meshgrid(np.minimum(x, width - 1), np.minimum(y, height - 1))
-    column, row = (each.astype(np.intp) for each in centres)
+    column, row = (centre.astype(np.intp) for centre in centres)
     inside = np.outer(along, across)
     return as_plane((kappa[row, column] * inside * inside * (3 - 2 * inside))[..., None])

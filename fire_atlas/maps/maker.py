@@ -140,7 +140,9 @@ class Maker:
     ) -> Sequence[Any]:
         """Return what is drawn of each frame of all animations, on pages of a scale by its number;
         here, what was kept of the frame."""
-        return [frame.maps[kind.name][scale] for each in animations for frame in each.frames]
+        return [
+            frame.maps[kind.name][scale] for animation in animations for frame in animation.frames
+        ]
 
     def entry(self, stated: SheetMap, sheet: AtlasSheet) -> dict[str, Any]:
         """Return how a client reads it, for the JSON; empty if it reads it like a page."""

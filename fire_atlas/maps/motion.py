@@ -69,20 +69,20 @@ class _Motion(Maker):
 
     def margin(self, found: Sequence[Motion]) -> int:
         """Return how far vectors move samples."""
-        return math.ceil(max((max(each.longest) for each in found), default=0))
+        return math.ceil(max((max(motion.longest) for motion in found), default=0))
 
     def described(
         self, kind: MapKind, sheet: AtlasSheet, animations: Sequence[MappedAnimation], maps: Maps
     ) -> SheetMap:
         assert maps.motion != "none", "only recipes that ask for it have it"
-        lengths = [each.maps[kind.name].longest for each in animations]
+        lengths = [animation.maps[kind.name].longest for animation in animations]
         scale = vector_scale(sheet, lengths, motion_encoding(maps.motion))
         return replace(files_of(kind, sheet), vectors=scale)
 
     def content(
         self, kind: MapKind, animations: Sequence[MappedAnimation], scale: int
     ) -> list[FrameVectors]:
-        return [frame for each in animations for frame in each.maps[kind.name].frames()]
+        return [frame for animation in animations for frame in animation.maps[kind.name].frames()]
 
     def draw(
         self,

@@ -64,7 +64,7 @@ def install(
         staged = list[tuple[Staging, tuple[OutputEntry, ...]]]()
         for folder, files in folders.items():
             staging = stack.enter_context(Staging(folder, name, note, overwrite))
-            entries = tuple(_staged(each.name, each.role, each.data, staging) for each in files)
+            entries = tuple(_staged(file.name, file.role, file.data, staging) for file in files)
             manifest = encode_manifest(_manifest(name, entries))
             marker = _staged(manifest_name(name), "manifest", manifest, staging)
             if not all(entry.is_intact(folder) for entry in (*entries, marker)):

@@ -42,7 +42,7 @@ def dependencies_of(tree: RecipeTree, out: Path) -> list[Path]:
 
 def recipe_files(tree: RecipeTree) -> list[Path]:
     """Return the files of a recipe and its members, with the recipes that these extend."""
-    return [file for each in (tree, *tree.members) for file in each.files]
+    return [file for recipe in (tree, *tree.members) for file in recipe.files]
 
 
 def inputs_of(tree: RecipeTree) -> list[Path]:
@@ -54,9 +54,11 @@ def inputs_of(tree: RecipeTree) -> list[Path]:
         SourceError: The source is missing, or lacks frames that the recipe uses.
     """
     own = [tree] if tree.has_source else []
-    frames = [path for each in (*own, *tree.members) for path in _source_inputs(each)]
+    frames = [path for recipe in (*own, *tree.members) for path in _source_inputs(recipe)]
     ramps = existing_ramps(tree, HEAT_RAMP)
-    ramps += [path for each in (*own, *tree.members) for path in existing_ramps(each, FLAME_RAMP)]
+    ramps += [
+        path for recipe in (*own, *tree.members) for path in existing_ramps(recipe, FLAME_RAMP)
+    ]
     return [*frames, *dict.fromkeys(ramps), *templates(tree).values()]
 
 
@@ -97,9 +99,9 @@ def textures_of(tree: RecipeTree) -> list[Path]:
 def folders_of(tree: RecipeTree) -> list[Path]:
     """Return the folders to watch for new frames: of sources given as a folder or a glob."""
     folders: dict[Path, None] = {}
-    for each in (tree, *tree.members):
-        for source in source_files(each).values():
-            if _is_of_sprites(each):
+    for recipe in (tree, *tree.members):
+        for source in source_files(recipe).values():
+            if _is_of_sprites(recipe):
                 folders |= dict.fromkeys(folders_of_sprites(source))
             elif not source.is_file():
                 folders |= dict.fromkeys([_existing(source)])

@@ -86,7 +86,9 @@ def request_digest(tree: RecipeTree) -> str:
 
     Comments, and the file and line of a key, make no difference.
     """
-    return text_digest(json.dumps([[each.name, each.values] for each in (tree, *tree.members)]))
+    return text_digest(
+        json.dumps([[recipe.name, recipe.values] for recipe in (tree, *tree.members)])
+    )
 
 
 @cache
@@ -128,9 +130,13 @@ def libraries() -> list[str]:
     The version of any of them may change the bytes of an output.
     """
     needed = [
-        each for each in _requirements() if not each.replace('"', "'").endswith(_WITHOUT_BYTES)
+        requirement
+        for requirement in _requirements()
+        if not requirement.replace('"', "'").endswith(_WITHOUT_BYTES)
     ]
-    return sorted({re.split(r"[^\w.-]", each, maxsplit=1)[0].lower() for each in needed})
+    return sorted(
+        {re.split(r"[^\w.-]", requirement, maxsplit=1)[0].lower() for requirement in needed}
+    )
 
 
 def _requirements() -> list[str]:
@@ -143,7 +149,9 @@ def _requirements() -> list[str]:
         project = tomllib.loads(_CHECKOUT.read_text(encoding="utf-8"))["project"]
         extras = project["optional-dependencies"].items()
         return [*project["dependencies"]] + [
-            f"{each}; extra == '{extra}'" for extra, needed in extras for each in needed
+            f"{requirement}; extra == '{extra}'"
+            for extra, needed in extras
+            for requirement in needed
         ]
 
 

@@ -167,7 +167,7 @@ def _read_journal(folder: StagingFolder) -> list[Change]:
         if is_own and is_regular(folder.journal) and folder.journal.stat().st_size <= _MAX_BYTES:
             document: Any = json.loads(folder.journal.read_bytes())
             if (document["format"], document["version"]) == (_FORMAT, _VERSION):
-                return _validated([Change(**each) for each in document["changes"]])
+                return _validated([Change(**change) for change in document["changes"]])
     return []
 
 

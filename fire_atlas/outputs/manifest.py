@@ -118,10 +118,10 @@ def encode_manifest(manifest: Manifest) -> bytes:
         "made_by": manifest.tool_digest,
         "asked": manifest.request_digest,
         "recipe": manifest.recipe_digest,
-        "inputs": [{"path": each.path, "sha256": each.sha256} for each in manifest.inputs],
+        "inputs": [{"path": entry.path, "sha256": entry.sha256} for entry in manifest.inputs],
         "outputs": [
-            {"path": each.name, "role": each.role, "bytes": each.size, "sha256": each.sha256}
-            for each in manifest.outputs
+            {"path": entry.name, "role": entry.role, "bytes": entry.size, "sha256": entry.sha256}
+            for entry in manifest.outputs
         ],
         "statistics": manifest.statistics,
     }

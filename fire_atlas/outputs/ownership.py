@@ -95,10 +95,10 @@ class FolderManifests:
         if role == "import" and _is_import_settings(self.out, file):
             return True  # the output has the user's edits merged in
         own = self.own.outputs if self.own else ()
-        others = [entry for each in self.others.values() for entry in each.outputs]
+        others = [entry for manifest in self.others.values() for entry in manifest.outputs]
         # What the build has written for the same purpose may have been given this name since.
-        entries = [each for each in own if each.role == role]
-        entries += [each for each in (*own, *others) if each.name == file]
+        entries = [entry for entry in own if entry.role == role]
+        entries += [entry for entry in (*own, *others) if entry.name == file]
         return any(_describes(entry, self.out, file) for entry in entries)
 
 
@@ -148,16 +148,16 @@ def refuse_replacing(
         OutputError: Some would replace a file that belongs to another build, is not an output, or
             was changed since it was built; with a line for each.
     """
-    there = [each for each in sorted(outputs) if (manifests.out / each[0]).exists()]
+    there = [output for output in sorted(outputs) if (manifests.out / output[0]).exists()]
     for file, _ in there:
         if not manifests.owns(file) and (other := manifests.other_owner(file)):
             raise OutputError(
                 f"{manifests.out / file}: belongs to the build of {other}; choose another `name` "
                 f"or folder (-o), or clean that build first"
             )
-    taken = [each for each in there if not overwrite and not manifests.may_replace(*each)]
+    taken = [output for output in there if not overwrite and not manifests.may_replace(*output)]
     if taken:
-        raise OutputError(*(_objection(manifests, *each) for each in taken), advice)
+        raise OutputError(*(_objection(manifests, *output) for output in taken), advice)
 
 
 def _objection(manifests: FolderManifests, file: str, role: str) -> str:
@@ -218,7 +218,7 @@ def refuse_commit(
 ) -> FolderManifests:
     """Refuse what ``commit`` would refuse to replace; return the manifests of the folder."""
     manifests = FolderManifests.read(staging.out, name)
-    changed = [(each.name, each.role) for each in outputs if not each.is_intact(staging.out)]
+    changed = [(entry.name, entry.role) for entry in outputs if not entry.is_intact(staging.out)]
     refuse_replacing(manifests, changed, staging.overwrite, advice)
     return manifests
 

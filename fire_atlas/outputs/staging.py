@@ -132,7 +132,7 @@ class Staging:
         *written, marker = self._digests.items()
         with readable_errors(self.out):
             changes = [
-                *(self._folders.change(*each) for each in written),
+                *(self._folders.change(name, digest) for name, digest in written),
                 *(self._folders.change(name, None) for name in stale),
                 self._folders.change(*marker),
             ]

@@ -25,7 +25,10 @@ def shown_page(atlas: AtlasFile, index: int) -> Bytes:
     """
     sheet = atlas.sheet
     page = sheet.pages[index]
-    files = [page.file, *(each.files[index] for each in sheet.maps if each.kind == "smoke")]
+    files = [
+        page.file,
+        *(sheet_map.files[index] for sheet_map in sheet.maps if sheet_map.kind == "smoke"),
+    ]
     fire, *smoke = (read_page(atlas.path.parent / f, page.width, page.height) for f in files)
     return over_smoke(fire, smoke[0], sheet.alpha, sheet.blend_space) if smoke else fire
 
@@ -33,7 +36,7 @@ def shown_page(atlas: AtlasFile, index: int) -> Bytes:
 def shown_alpha(sheet: AtlasSheet) -> str:
     """Return how a client blends what ``shown_page`` returns: smoke under fire that is added has
     coverage."""
-    has_smoke = any(each.kind == "smoke" for each in sheet.maps)
+    has_smoke = any(sheet_map.kind == "smoke" for sheet_map in sheet.maps)
     return "premultiplied" if has_smoke and sheet.alpha == "additive" else sheet.alpha
 
 
@@ -124,8 +127,8 @@ def _in_colours(sheet: AtlasSheet, used: str) -> AtlasSheet:
     """Return a sheet of heat as one whose pages are those of the ``used`` channels, in colours."""
     pages = tuple(page for page in sheet.pages for _ in used)
     regions = tuple(
-        replace(each, page=each.page * len(used) + used.index(each.channel or "r"))
-        for each in sheet.regions
+        replace(region, page=region.page * len(used) + used.index(region.channel or "r"))
+        for region in sheet.regions
     )
     return replace(sheet, pages=pages, regions=regions, heat=None, image_format="png")
 

@@ -71,7 +71,9 @@ class FieldData:
 def _steps_per_px(marks: FieldMarks) -> int:
     """Return how finely places are stated: in frames so large that int16 could not hold them, less
     finely."""
-    furthest = max(each[:, :2].max(initial=1) for frame in marks.frames for each in frame.values())
+    furthest = max(
+        layer[:, :2].max(initial=1) for frame in marks.frames for layer in frame.values()
+    )
     return min(_FINEST, int(np.iinfo(np.int16).max / furthest))
 
 

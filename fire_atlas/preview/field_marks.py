@@ -105,7 +105,7 @@ class MarkGrid:
         """Return the mean vector of each square, of a grid (rows, columns) of ``cell`` px."""
         x, y = (cell_means(plane, self.spacing // cell) for plane in (u, v))
         row, column = np.indices(x.shape)
-        places = ((each.ravel() + 0.5) * self.spacing for each in (column, row))
+        places = ((index.ravel() + 0.5) * self.spacing for index in (column, row))
         return np.column_stack([*places, x.ravel(), y.ravel()]).astype(np.float32)
 
     def dots(self, x: NDArray[np.intp], y: NDArray[np.intp], weight: NDArray[np.float64]) -> Marks:
@@ -113,7 +113,7 @@ class MarkGrid:
         square = np.column_stack([y, x]) // self.block
         _, which = np.unique(square, axis=0, return_inverse=True)
         total = np.bincount(which, weight)
-        places = (np.bincount(which, weight * (each + 0.5)) / total for each in (x, y))
+        places = (np.bincount(which, weight * (place + 0.5)) / total for place in (x, y))
         return np.column_stack([*places, total]).astype(np.float32)
 
 

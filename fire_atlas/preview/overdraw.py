@@ -54,14 +54,14 @@ class Overdraw:
     def together(cls, parts: Sequence[Self]) -> Self:
         """Return what is drawn of all of several."""
         return cls(
-            drawn=sum(each.drawn for each in parts),
-            rectangles=sum(each.rectangles for each in parts),
-            visible=sum(each.visible for each in parts),
-            meshes=sum(each.meshes for each in parts),
-            vertices=max(each.vertices for each in parts),
-            opaque=sum(each.opaque for each in parts),
-            empty=sum(each.empty for each in parts),
-            full=sum(each.full for each in parts),
+            drawn=sum(part.drawn for part in parts),
+            rectangles=sum(part.rectangles for part in parts),
+            visible=sum(part.visible for part in parts),
+            meshes=sum(part.meshes for part in parts),
+            vertices=max(part.vertices for part in parts),
+            opaque=sum(part.opaque for part in parts),
+            empty=sum(part.empty for part in parts),
+            full=sum(part.full for part in parts),
         )
 
 

@@ -213,12 +213,12 @@ def _states(sheet: AtlasSheet) -> dict[str, Any] | None:
         ],
         "transitions": [
             {
-                "from": number[each.before],
-                "frame": each.frame,
-                "to": number[each.after],
-                "entry": each.entry,
+                "from": number[transition.before],
+                "frame": transition.frame,
+                "to": number[transition.after],
+                "entry": transition.entry,
             }
-            for each in sheet.states.transitions
+            for transition in sheet.states.transitions
         ],
     }
 
@@ -343,16 +343,16 @@ _SHOWN_MAPS = ("motion", "flame", "flakes")
 def _sheets(atlas: AtlasFile, composed: Sequence[bytes]) -> dict[str, list[str]]:
     """Return the files of all pages as base64, by layer: ``composed`` or the kind of a map."""
     read = {"composed": list(composed)}
-    for each in atlas.sheet.maps:
-        if each.kind in _SHOWN_MAPS:
-            pages = zip(atlas.sheet.pages, each.files, strict=True)
-            read[each.kind] = [
+    for sheet_map in atlas.sheet.maps:
+        if sheet_map.kind in _SHOWN_MAPS:
+            pages = zip(atlas.sheet.pages, sheet_map.files, strict=True)
+            read[sheet_map.kind] = [
                 read_page_file(atlas.path.parent / file, page.width, page.height)
                 for page, file in pages
             ]
-    if any(each.kind == "smoke" for each in atlas.sheet.maps):
+    if any(sheet_map.kind == "smoke" for sheet_map in atlas.sheet.maps):
         read["composed"] = [_page_over_smoke(atlas, index) for index in range(len(composed))]
-    return {kind: [base64.b64encode(each).decode() for each in read[kind]] for kind in read}
+    return {kind: [base64.b64encode(file).decode() for file in read[kind]] for kind in read}
 
 
 def _page_over_smoke(atlas: AtlasFile, index: int) -> bytes:

@@ -52,8 +52,8 @@ def _frames(clip: Clip, side: Side) -> Image.Image:
     """Draw frames spread over the clip, cropped to the fire, with outline and feature points."""
     mask = FireMask.of(clip, side.threshold)
     numbers = evenly_spread(0, clip.count - 1, _FRAMES)
-    xs = np.array([point[0] for each in side.points for point in each])
-    ys = np.array([point[1] for each in side.points for point in each])
+    xs = np.array([point[0] for points in side.points for point in points])
+    ys = np.array([point[1] for points in side.points for point in points])
     room = 0.35 * side.statistics.height.median
     left, right = max(int(xs.min() - room), 0), min(int(xs.max() + room), clip.width)
     top, bottom = max(int(ys.min() - room), 0), min(int(ys.max() + room / 3), clip.height)
@@ -144,16 +144,16 @@ def _leans(side: Side) -> Image.Image:
 def _sets(side: Side) -> Image.Image:
     image, draw = _panel("leaning sets: frames, whose")
     width, height = (_PANEL - 60) / 2, (_PANEL - 60) / (len(STATE_EDGES) - 1)
-    for i, each in enumerate(side.sets):
+    for i, leaning in enumerate(side.sets):
         state, column = divmod(i, 2)
         x, y = 52 + column * width, 42 + state * height
         if state == 0:
-            draw.text((x + 2, 26), each.period, fill=_DIM)
+            draw.text((x + 2, 26), leaning.period, fill=_DIM)
         if column == 0:
-            label = f"{each.low:.0f}..{each.high:.0f}"
+            label = f"{leaning.low:.0f}..{leaning.high:.0f}"
             draw.text((46, y + height / 2), label, fill=_DIM, anchor="rm")
-        draw.rectangle((x, y, x + width - 3, y + height - 3), fill=_ORIGINS[each.origin])
-        count = f"{len(each.frames)} {each.origin}"
+        draw.rectangle((x, y, x + width - 3, y + height - 3), fill=_ORIGINS[leaning.origin])
+        count = f"{len(leaning.frames)} {leaning.origin}"
         draw.text((x + 5, y + height / 2 - 1), count, fill=_BACKGROUND, anchor="lm")
     return image
 

@@ -74,6 +74,6 @@ def _no_project(project: Path, error: OSError) -> str:
         return f"{path}: cannot be read ({error.strerror}); change its permissions"
     if not isinstance(error, FileNotFoundError | NotADirectoryError):
         return f"{path}: cannot be read ({error.strerror}); name the folder of a Godot project"
-    above = [each for each in folder.parents if (each / path.name).is_file()]
+    above = [parent for parent in folder.parents if (parent / path.name).is_file()]
     near = f"did you mean fire-atlas plugin godot {above[0]}?" if above else "name its folder"
     return f"{path}: there is no such file, so {folder} is no Godot project; {near}"

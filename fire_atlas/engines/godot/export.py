@@ -53,7 +53,7 @@ def _page_settings(product: Product, sheet: AtlasSheet) -> Iterator[OutputFile]:
     for file in sheet.files:
         name = file + IMPORT_ENDING
         # Motion vectors are data: they must not be changed, as premultiplied light must not.
-        is_data = any(file in each.files for each in sheet.maps if each.is_data)
+        is_data = any(file in sheet_map.files for sheet_map in sheet.maps if sheet_map.is_data)
         alpha = "premultiplied" if is_data else sheet.alpha
         data = import_settings(product.existing(name), alpha, image_uid(product, file))
         yield OutputFile(name, "import", data)

@@ -42,10 +42,10 @@ def godot_files(
         stems: The file stem of each scale.
         others: The files of the recipe that belong to no engine.
     """
-    for each in others:
-        is_table = each.role == "tracks" and each.ending.endswith(".csv")
-        if is_table or each.role in {"page", "map", "ramp"}:
-            yield each.beside(IMPORT_ENDING)
+    for file in others:
+        is_table = file.role == "tracks" and file.ending.endswith(".csv")
+        if is_table or file.role in {"page", "map", "ramp"}:
+            yield file.beside(IMPORT_ENDING)
     for stem in stems:
         yield OutputNames(stem, FRAMES_ENDING, "scene", is_certain=recipe.has_fire)
         yield OutputNames(stem, SCENE_ENDING, "scene", is_certain=recipe.has_fire)

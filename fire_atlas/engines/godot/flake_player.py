@@ -35,7 +35,7 @@ def played_arrays(product: Product) -> FlakeArrays | None:
 
 def played_flakes(product: Product) -> dict[str, Tracks]:
     """Return the flakes that the scene plays: those that the pages do not show, or else all."""
-    not_baked = {name: each for name, each in product.tracks.items() if name not in product.baked}
+    not_baked = {name: flown for name, flown in product.tracks.items() if name not in product.baked}
     return not_baked or dict(product.tracks)
 
 
@@ -47,7 +47,7 @@ def played_cells(product: Product, sheet: AtlasSheet) -> tuple[Region, ...]:
 
 def _cells_of(product: Product, sheet: AtlasSheet) -> list[dict[str, Any]]:
     """Return what a shader needs of the cells: place on the page, and whether each is a mask."""
-    textures = [each.texture for each in product.tracks.values() if each.texture is not None]
+    textures = [flown.texture for flown in product.tracks.values() if flown.texture is not None]
     masks = {name for texture in textures if texture.tinted for name in texture.frames}
     return [
         {"place": (cell.x, cell.y, cell.width, cell.height), "tinted": cell.name in masks}

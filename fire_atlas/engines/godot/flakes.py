@@ -82,20 +82,20 @@ def flake_arrays(
     tables = []
     for name, recorded in tracks.items():
         assert_finite(recorded)
-        each = as_drawn(recorded)
-        counts = [len(frame) for frame in each.frames]
-        rows_after = each.following_rows()
+        drawn = as_drawn(recorded)
+        counts = [len(frame) for frame in drawn.frames]
+        rows_after = drawn.following_rows()
         following += np.where(rows_after < 0, -1, first[-1] + rows_after).tolist()
         first += [first[-1] + int(end) for end in np.cumsum(counts)]
         begins.append(len(first) - 1)
-        tables += [_rows(frame, each, pivots[name]) for frame in each.frames]
-        cells += _cells(each, index)
+        tables += [_rows(frame, drawn, pivots[name]) for frame in drawn.frames]
+        cells += _cells(drawn, index)
     rows = np.concatenate(tables)
     return FlakeArrays(
         begins=begins,
-        loops=[int(each.loop) for each in tracks.values()],
-        rounds=[each.rounds for each in tracks.values()],
-        hard=[int(each.hard) for each in tracks.values()],
+        loops=[int(flown.loop) for flown in tracks.values()],
+        rounds=[flown.rounds for flown in tracks.values()],
+        hard=[int(flown.hard) for flown in tracks.values()],
         first=first,
         next=following,
         rows=rows,
@@ -148,7 +148,7 @@ def flake_arrays_in_space(tracks: Mapping[str, Tracks]) -> FlakeArrays:
     to that. ``bounds`` has the size of a cube around the origin that holds all flakes.
     """
     arrays = flake_arrays(tracks, dict.fromkeys(tracks, (0.0, 0.0)))
-    tables = [_rows_in_space(rows, each) for each in tracks.values() for rows in each.frames]
+    tables = [_rows_in_space(rows, flown) for flown in tracks.values() for rows in flown.frames]
     rows = np.concatenate(tables)
     return replace(arrays, rows=rows, bounds=_cube(rows), decimals=_DECIMALS_IN_SPACE)
 
@@ -158,7 +158,7 @@ def _rows_in_space(frame: NDArray[np.float64], tracks: Tracks) -> NDArray[np.flo
     camera, column = tracks.camera, by_column(frame)
     if camera is None:
         raise ValueError("the fire is flat")
-    place, velocity, width = (each * tracks.height for each in in_world(tracks, column))
+    place, velocity, width = (length * tracks.height for length in in_world(tracks, column))
     right, up = camera.origin[0] - tracks.width / 2, tracks.height - camera.origin[1]
     axes = camera.axes() * np.array([[1], [-1], [-1]])  # right, up, towards the camera
     world = np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]])

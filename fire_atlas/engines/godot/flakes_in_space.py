@@ -29,7 +29,10 @@ def flakes_in_space(product: Product) -> Iterator[OutputFile]:
     }
     if not flakes:
         return
-    named, (first, *_) = titles(each.name for each in product.sheets[0].animations), flakes
+    named, (first, *_) = (
+        titles(animation.name for animation in product.sheets[0].animations),
+        flakes,
+    )
     tables = product.name + SPACE_TABLES
     arrays = flake_arrays_in_space(flakes)
     yield flake_tables(product, SPACE_TABLES, arrays, list(flakes))

@@ -16,8 +16,10 @@ def frames_resource(product: Product, sheet: AtlasSheet) -> OutputFile:
     textures, texture_of_frame = textures_of(sheet, draws_meshes=sheet.heat is None)
     bounds = FrameBounds.of(sheet.regions)
     surfaces = [
-        surface_of(each, each.mesh, sheet.pages[each.page], bounds) if each.mesh else None
-        for each in textures
+        surface_of(texture, texture.mesh, sheet.pages[texture.page], bounds)
+        if texture.mesh
+        else None
+        for texture in textures
     ]
     return resource(
         "frames.tres", name, product,

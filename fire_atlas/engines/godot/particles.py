@@ -228,7 +228,7 @@ def _light(flights: list[Values], column: dict[str, int]) -> tuple[Values, Value
     ages = np.arange(_AGES)
     colours = np.stack([np.interp(ages, seen, means[:, i]) for i in range(3)], axis=1)
     ends = np.cumsum([len(flight) for flight in flights])[:-1]
-    own, usual = (np.add.reduceat(each @ REC709, [0, *ends]) for each in (light, colours[which]))
+    own, usual = (np.add.reduceat(rgb @ REC709, [0, *ends]) for rgb in (light, colours[which]))
     relative = np.sort(own / np.maximum(usual, 1e-9))
     levels = np.quantile(relative, (np.arange(_LEVELS) + 0.5) / _LEVELS)
     return colours, levels / max(float(levels.mean()), 1e-9)

@@ -109,7 +109,9 @@ def _graph(product: Product, sheet: AtlasSheet) -> dict[str, Any]:
     """Return what the template of a scene needs of the graph of states."""
     assert sheet.states is not None
     named = titles(animation.name for animation in sheet.animations)
-    winds = [(each.wind, each.animation) for each in sheet.states.states if each.wind is not None]
+    winds = [
+        (state.wind, state.animation) for state in sheet.states.states if state.wind is not None
+    ]
     ways = sheet.states.transitions
     properties = rendered_text(
         "wind.properties",

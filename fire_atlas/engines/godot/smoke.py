@@ -10,7 +10,9 @@ from fire_atlas.formats.product import Product
 def smoke_of(product: Product, sheet: AtlasSheet) -> dict[str, Any] | None:
     """Return what the template of a scene needs of the smoke under the fire; None if the scene
     shows none."""
-    files = [file for each in sheet.maps if each.kind == "smoke" for file in each.files]
+    files = [
+        file for sheet_map in sheet.maps if sheet_map.kind == "smoke" for file in sheet_map.files
+    ]
     if len(files) != 1 or sheet.heat is not None:
         return None
     unshaded = bool(product.tracks or product.lights)
@@ -21,7 +23,7 @@ def smoke_of(product: Product, sheet: AtlasSheet) -> dict[str, Any] | None:
 def why_smoke_is_not_shown(product: Product) -> str | None:
     """Return advice if there is smoke, but the scene shows the fire without it."""
     sheet = product.sheets[0]
-    if not any(each.kind == "smoke" for each in sheet.maps) or smoke_of(product, sheet):
+    if not any(sheet_map.kind == "smoke" for sheet_map in sheet.maps) or smoke_of(product, sheet):
         return None
     reason = f"its shader has one page of {len(sheet.pages)}; raise atlas.max_size"
     if sheet.heat is not None:

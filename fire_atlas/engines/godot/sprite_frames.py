@@ -173,4 +173,4 @@ def _rounded_up(length: float) -> int:
 def pivots(sheet: AtlasSheet) -> dict[str, tuple[float, float]]:
     """Return the pivot of each animation, px, by its name."""
     regions = {region.name: region for region in sheet.regions}
-    return {each.name: pivot(regions[each.frames[0]]) for each in sheet.animations}
+    return {animation.name: pivot(regions[animation.frames[0]]) for animation in sheet.animations}

@@ -63,7 +63,7 @@ class _Unity(Engine):
             PACKAGE_NAME,
             "Unity",
             package,
-            {package / folder: each for folder, each in files.items()},
+            {package / folder: inside for folder, inside in files.items()},
             "open the project in Unity 2021.3 or later; select a recipe in the Project window, "
             "then Assets > Fire Atlas > Build Selected Recipes",
         )

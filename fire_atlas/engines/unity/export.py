@@ -99,7 +99,7 @@ class _Export:
         self.product = product
         self.options = options
         self.name = product.name
-        self.states = state_names([each.name for each in product.sheets[0].animations])
+        self.states = state_names([animation.name for animation in product.sheets[0].animations])
 
     def files(self) -> Iterator[OutputFile]:
         """Yield every file: shaders and scripts first, then what refers to them."""
@@ -262,7 +262,7 @@ class _Export:
         """Return the pivot (x, y) of each animation in its full-size frame, px, y down."""
         sheet = self.product.sheets[0]
         pivots = {region.name: pivot_px(region) for region in sheet.regions}
-        return {each.name: pivots[each.frames[0]] for each in sheet.animations}
+        return {animation.name: pivots[animation.frames[0]] for animation in sheet.animations}
 
     def effect(self, sheet: AtlasSheet) -> Iterator[OutputFile]:
         """Yield the files of one scale: ``.meta`` of pages, animations, controller and prefab;
@@ -270,9 +270,9 @@ class _Export:
         sprites = sprites_of(sheet, self.guid)
         for i, page in enumerate(sheet.pages):
             yield self.page_meta(sheet, i, page.file, sprites)
-            for each in sheet.maps:
-                data = each.is_data
-                yield self.page_meta(sheet, i, each.files[i], sprites, data=data)
+            for sheet_map in sheet.maps:
+                data = sheet_map.is_data
+                yield self.page_meta(sheet, i, sheet_map.files[i], sprites, data=data)
         if sheet.has_map("haze"):
             yield from self.haze_material(sheet)
         if sheet.animations:
@@ -312,9 +312,9 @@ class _Export:
         is_heat = sheet.heat is not None and image == page.file
         size = max_texture_size(page.width, page.height)
         secondary = [
-            {"guid": self.guid(each.files[index]), "name": _SECONDARY[each.kind]}
-            for each in sheet.maps
-            if each.kind in _SECONDARY and image == page.file
+            {"guid": self.guid(sheet_map.files[index]), "name": _SECONDARY[sheet_map.kind]}
+            for sheet_map in sheet.maps
+            if sheet_map.kind in _SECONDARY and image == page.file
         ]
         fresh = rendered(
             "unity/texture.meta.j2",
@@ -340,7 +340,7 @@ class _Export:
     def clips(self, sheet: AtlasSheet, sprites: dict[str, PageSprite]) -> Iterator[OutputFile]:
         """Yield an animation clip for each animation, and the controller that plays them."""
         duration = {region.name: region.duration for region in sheet.regions}
-        stems = file_stems(sheet.title, [each.name for each in sheet.animations])
+        stems = file_stems(sheet.title, [animation.name for animation in sheet.animations])
         states = []
         for animation in sheet.animations:
             file = f"{sheet.name}{stems[animation.name].removeprefix(sheet.title)}{CLIP_ENDING}"
@@ -390,7 +390,7 @@ class _Export:
     ) -> dict[str, object]:
         """Return what the prefab states of the player of heat."""
         own = not self.uses_package
-        channel = {each.name: CHANNELS.index(each.channel or "r") for each in sheet.regions}
+        channel = {region.name: CHANNELS.index(region.channel or "r") for region in sheet.regions}
         return {
             "script": self.guid(self.script("heat")) if own else package_guid(HEAT),
             "material": self.guid(f"{self.name}{_HEAT}{MATERIAL_ENDING}"),

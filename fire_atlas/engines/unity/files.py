@@ -31,10 +31,10 @@ def unity_files(
         stems: The file stem of each scale.
         others: The files of the recipe that belong to no engine.
     """
-    for each in others:
-        is_played = each.role == "light" and options.player == "package"
-        if is_played or each.role in {"page", "map", "ramp"}:
-            yield each.beside(META_ENDING)
+    for file in others:
+        is_played = file.role == "light" and options.player == "package"
+        if is_played or file.role in {"page", "map", "ramp"}:
+            yield file.beside(META_ENDING)
     for asset in _assets(recipe, options, stems):
         yield asset
         yield asset.beside(META_ENDING)

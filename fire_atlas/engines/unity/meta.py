@@ -119,7 +119,7 @@ def _platforms(lines: Sequence[str]) -> list[LineSpan]:
     if block is None:
         return []
     starts = [i for i in range(*block) if re.match(r" *- ", lines[i])]
-    return [LineSpan(*each) for each in zip(starts, [*starts[1:], block.stop], strict=True)]
+    return [LineSpan(*bounds) for bounds in zip(starts, [*starts[1:], block.stop], strict=True)]
 
 
 def _find(lines: Sequence[str], path: YamlPath) -> LineSpan | None:

@@ -40,13 +40,13 @@ def sprite_names(frames: Iterable[str]) -> dict[str, str]:
 
 def state_names(animations: Sequence[str]) -> dict[str, str]:
     """Return the name of each animation's animator state, without dots, which separate layers."""
-    names = {each: _FORBIDDEN.sub("_", each).replace(".", "_") for each in animations}
+    names = {name: _FORBIDDEN.sub("_", name).replace(".", "_") for name in animations}
     return _require_distinct(names, "animations")
 
 
 def file_stems(title: str, animations: Sequence[str]) -> dict[str, str]:
     """Return the file stem of each animation; one called ``title`` has the stem of the build."""
-    names = {each: _stem(title, each) for each in animations}
+    names = {name: _stem(title, name) for name in animations}
     return _require_distinct(names, "animations")
 
 

@@ -112,14 +112,14 @@ def package_files(manifest: str) -> Mapping[str, list[OutputFile]]:
         folder: [
             *(_files_in(folder, content)),
             _meta(folder, manifest),
-            *(_meta("", each) for each in folders if each and not folder),
+            *(_meta("", name) for name in folders if name and not folder),
         ]
         for folder in folders
     }
 
 
 def _is_project(folder: Path) -> bool:
-    return all((folder / each).is_dir() for each in ("Assets", "ProjectSettings"))
+    return all((folder / name).is_dir() for name in ("Assets", "ProjectSettings"))
 
 
 def _files_in(folder: str, content: Mapping[str, str]) -> Iterator[OutputFile]:

@@ -292,8 +292,13 @@ def states_entry(graph: StateGraph) -> dict[str, Any]:
             for state in graph.states
         },
         "transitions": [
-            {"from": each.before, "frame": each.frame, "to": each.after, "entry": each.entry}
-            for each in graph.transitions
+            {
+                "from": transition.before,
+                "frame": transition.frame,
+                "to": transition.after,
+                "entry": transition.entry,
+            }
+            for transition in graph.transitions
         ],
     }
 
@@ -314,12 +319,12 @@ def states_of(entry: dict[str, Any], frames: Mapping[str, int]) -> StateGraph:
         raise ValueError("the winds of its states are not two or more that increase")
     transitions = tuple(
         StateTransition(
-            before := one_of(each["from"], names),
-            whole(each["frame"], 0, frames[before] - 1),
-            after := one_of(each["to"], names),
-            whole(each["entry"], 0, frames[after] - 1),
+            before := one_of(transition["from"], names),
+            whole(transition["frame"], 0, frames[before] - 1),
+            after := one_of(transition["to"], names),
+            whole(transition["entry"], 0, frames[after] - 1),
         )
-        for each in entry["transitions"]
+        for transition in entry["transitions"]
     )
     return StateGraph(states, transitions)
 
@@ -328,20 +333,20 @@ def map_entries(sheet: AtlasSheet, page: int) -> list[dict[str, Any]]:
     """Return the entries of the maps beside a page: ``meta.maps``."""
     return [
         {
-            "kind": each.kind,
-            "image": each.files[page],
-            **maker_of(KIND[each.kind]).entry(each, sheet),
+            "kind": sheet_map.kind,
+            "image": sheet_map.files[page],
+            **maker_of(KIND[sheet_map.kind]).entry(sheet_map, sheet),
         }
-        for each in sheet.maps
+        for sheet_map in sheet.maps
     ]
 
 
 def texture_entries(sheet: AtlasSheet, page: int) -> list[dict[str, Any]]:
     """Return the entries of the compressed textures of a page and its maps: ``meta.gpu``."""
     return [
-        {"file": each.file, "image": image, "format": each.blocks, "levels": each.levels}
+        {"file": texture.file, "image": image, "format": texture.blocks, "levels": texture.levels}
         for image in sheet.images(page)
-        for each in sheet.textures_of(image)
+        for texture in sheet.textures_of(image)
     ]
 
 

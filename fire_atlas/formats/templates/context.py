@@ -120,7 +120,7 @@ def _page(sheet: AtlasSheet, index: int, frames: dict[str, Any]) -> dict[str, An
         "width": page.width,
         "height": page.height,
         "safe_mip": page.safe_mip,
-        "maps": {each.kind: each.files[index] for each in sheet.maps},
+        "maps": {sheet_map.kind: sheet_map.files[index] for sheet_map in sheet.maps},
         "frames": [frames[region.name] for region in sheet.regions_of(index)],
     }
 

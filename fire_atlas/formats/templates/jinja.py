@@ -52,7 +52,7 @@ def rendered(template: str, filters: tuple[Filter, ...] = (), **context: object)
 @cache
 def _shipped_template(name: str, filters: tuple[Filter, ...]) -> Template:
     made = environment()
-    made.filters.update({each.__name__: each for each in filters})
+    made.filters.update({function.__name__: function for function in filters})
     return made.from_string((shipped("templates") / name).read_text(encoding="utf-8"))
 
 

@@ -52,8 +52,8 @@ class BlockFormat:
 
 
 FORMATS = {
-    each.name: each
-    for each in (
+    format_.name: format_
+    for format_ in (
         BlockFormat("bc1", 4, 8, 3),
         BlockFormat("bc3", 4, 16, 4),
         BlockFormat("bc4", 4, 8, 1),

@@ -99,10 +99,10 @@ def _bands(
 
 def _compared(ours: Bytes, exact: Bytes, alpha: str, blend_space: str) -> _BandSums:
     channels = 3 if alpha == "additive" else 4
-    one, other = (_premultiplied(each, alpha == "straight") for each in (ours, exact))
+    one, other = (_premultiplied(image, alpha == "straight") for image in (ours, exact))
     visible = is_visible(exact[..., 3], other[..., :3].max(axis=2) / 255)
     difference = (one - other)[visible][:, :channels]
-    light = [light_over_black(each, alpha, blend_space)[visible] for each in (ours, exact)]
+    light = [light_over_black(image, alpha, blend_space)[visible] for image in (ours, exact)]
     steps = (hue_difference(*light) / np.float32(_HUE_STEP)).astype(np.intp)
     hues = np.bincount(np.minimum(steps, _HUE_BINS - 1), minlength=_HUE_BINS)
     return _BandSums(int((difference**2).sum()), difference.size, hues)

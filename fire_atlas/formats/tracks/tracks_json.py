@@ -188,7 +188,7 @@ def _texture_of(document: dict[str, Any], tables: Sequence[Table]) -> TrackTextu
     tint = one_of(document["texture"]["tint"], ("heat", "none"))
     column = document["columns"].index(CELL)
     cells = tuple(table[:, column].astype(np.int64) for table in tables)
-    if any(((each < 0) | (each >= len(names))).any() for each in cells):
+    if any(((numbers < 0) | (numbers >= len(names))).any() for numbers in cells):
         raise ValueError(f"a flake shows a cell that is none of {len(names)}")
     return TrackTexture(names, tint == "heat", cells)
 

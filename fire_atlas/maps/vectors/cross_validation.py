@@ -76,10 +76,10 @@ def _seen(frame: HeldOutFrame, weight: Plane, encoding: MotionEncoding) -> NDArr
     """Return the frame that the engine shows, computed in its own axes from encoded vectors."""
     height, width = weight.shape
     unit = np.array(encoding.unit_pixels((width, height)), np.float32)
-    vectors = [as_plane(each * weight[..., None] / unit) for each in frame.vectors]
+    vectors = [as_plane(flow * weight[..., None] / unit) for flow in frame.vectors]
     # The scale of the encoding is this frame's own maximum.
-    scale = max(float(max(np.abs(each).max() for each in vectors)), 1e-6)
-    maps = [encoding.encode(as_plane(each / np.float32(scale))) for each in vectors]
+    scale = max(float(max(np.abs(flow).max() for flow in vectors)), 1e-6)
+    maps = [encoding.encode(as_plane(flow / np.float32(scale))) for flow in vectors]
     columns, rows = pixel_centres(width, height)
     upwards = encoding.green == "up"
     place = np.stack([columns, height - 1 - rows if upwards else rows], axis=2)

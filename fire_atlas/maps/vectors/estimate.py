@@ -118,6 +118,7 @@ def _steps(
 def longest_of(cells: Sequence[NDArray[np.float16]]) -> tuple[float, float]:
     """Return the maximum length of vectors (h, w, 2) of frames along x and y, without outliers."""
     x, y = np.max(
-        [np.percentile(np.abs(each), _SCALE_PERCENTILE, axis=(0, 1)) for each in cells], axis=0
+        [np.percentile(np.abs(vectors), _SCALE_PERCENTILE, axis=(0, 1)) for vectors in cells],
+        axis=0,
     )
     return float(x), float(y)

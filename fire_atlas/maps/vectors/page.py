@@ -33,7 +33,7 @@ def vector_scale(
 ) -> VectorScale:
     """Return one scale for vectors whose ``lengths`` along x and y, px at full size, are the
     longest of each animation on a sheet."""
-    x, y = (max(each[axis] for each in lengths) for axis in (0, 1))
+    x, y = (max(length[axis] for length in lengths) for axis in (0, 1))
     longest = max(x, MIN_LONGEST) * sheet.scale, max(y, MIN_LONGEST) * sheet.scale
     cell = (sheet.grid.cell_width, sheet.grid.cell_height) if sheet.grid else None
     unit = encoding.unit_pixels(cell)

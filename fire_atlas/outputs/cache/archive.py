@@ -65,8 +65,8 @@ def write_archive(target: BinaryIO, out: Path, name: str, secret: bytes | None) 
     manifest = decode_manifest(data)
     seal = _Seal.of(CacheKey.of_manifest(manifest), data, secret).encode()
     with tarfile.open(fileobj=target, mode="w", format=tarfile.PAX_FORMAT) as archive:
-        for each, content in ((file, data), (_SEAL, seal)):
-            archive.addfile(_header(each, len(content)), io.BytesIO(content))
+        for member, content in ((file, data), (_SEAL, seal)):
+            archive.addfile(_header(member, len(content)), io.BytesIO(content))
         for entry in manifest.outputs:
             with open_file(out / entry.name) as source:
                 archive.addfile(_header(entry.name, entry.size), source)

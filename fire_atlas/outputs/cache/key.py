@@ -61,7 +61,7 @@ class CacheKey:
 
     def __str__(self) -> str:
         """Return what people compare if one machine does not find what another has stored."""
-        recipe, inputs, tool = (each[:_SHORT] for each in (self.recipe, self.inputs, self.tool))
+        recipe, inputs, tool = (digest[:_SHORT] for digest in (self.recipe, self.inputs, self.tool))
         made_from = f"recipe {recipe}, inputs {inputs}, tool {tool}, {self.cpu}, {self.system}"
         return f"{self.digest[:_SHORT]} ({made_from})"
 

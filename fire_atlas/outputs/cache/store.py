@@ -234,7 +234,9 @@ class _RemoteStore:
         with _errors_of(self._url):
             self._files.invalidate_cache()
             listed = self._files.ls(self._root, detail=True)
-            return [self._entry(each) for each in listed if _ENTRY.fullmatch(_stem(each) + _ENDING)]
+            return [
+                self._entry(entry) for entry in listed if _ENTRY.fullmatch(_stem(entry) + _ENDING)
+            ]
 
     def remove(self, digest: str) -> None:
         with _errors_of(self._url), suppress(FileNotFoundError):

@@ -308,7 +308,7 @@ class FrameAnalyser:
         """Return the flakes born in frame ``i``: in each round others, by its random numbers."""
         if i >= self.clip.body:
             return Spawns.empty()
-        times = [i + each * self.clip.count for each in range(self.rounds)]
+        times = [i + turn * self.clip.count for turn in range(self.rounds)]
         labels = self.study.fires.labels
         spawned = [emit(time, strength, labels, self.emitter) for time in times]
         if (depth := self.depth) is not None:
@@ -318,8 +318,8 @@ class FrameAnalyser:
                 return depth.fire_depth(i, x + left, y + top, share)
 
             spawned = [
-                in_depth(each, fire_depth, time, self.recipe.seed)
-                for each, time in zip(spawned, times, strict=True)
+                in_depth(born, fire_depth, time, self.recipe.seed)
+                for born, time in zip(spawned, times, strict=True)
             ]
         return Spawns.concatenate(spawned)
 

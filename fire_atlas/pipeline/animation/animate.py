@@ -82,7 +82,7 @@ def animate_views(
     animations = {
         _title(ramp, name, clips): drawn[ramp, name] for ramp in ramps or ("",) for name in clips
     }
-    statistics = {name: each.all_statistics() for name, each in animations.items()}
+    statistics = {name: animation.all_statistics() for name, animation in animations.items()}
     figures = statistics.popitem()[1] if len(animations) == 1 else {"animations": statistics}
     return Contribution(recipe.name, animations, figures, texture=texture)
 

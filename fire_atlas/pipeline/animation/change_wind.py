@@ -43,16 +43,16 @@ def animate_in_wind(
     views = list(prepared_winds(recipe, fire, context))
     recipe, base = views[0].recipe, views[0].study.base
     texture = prepared_texture(recipe, views[0].clip, cells, context)
-    loops = [_with_flakes(each, base, texture, context) for each in views]
+    loops = [_with_flakes(view, base, texture, context) for view in views]
     simulated = {view.name: loop for view, loop in zip(views, loops, strict=True)}
-    simulated |= {_transition(each): _changing(loops, each) for each in changes}
+    simulated |= {_transition(change): _changing(loops, change) for change in changes}
     _note_large_steps(changes, context)
     animations = {
         name: finish(recipe, coloured, context)
         for name, clip in simulated.items()
         for _, coloured in in_ramps(clip, ramps, context)
     }
-    statistics = {name: each.all_statistics() for name, each in animations.items()}
+    statistics = {name: animation.all_statistics() for name, animation in animations.items()}
     states = _states([view.recipe.wind.level for view in views], changes)
     return Contribution(recipe.name, animations, {"animations": statistics}, states, texture)
 
@@ -110,7 +110,7 @@ def _changing(loops: Sequence[SimulatedClip], chosen: ChosenChange) -> Simulated
 
 def _note_large_steps(changes: list[ChosenChange], context: BuildContext) -> None:
     """Note the change whose largest step may be seen, and what would make it smaller."""
-    worst = max(changes, key=lambda each: each.largest_step)
+    worst = max(changes, key=lambda change: change.largest_step)
     if worst.largest_step > MAX_STEP:
         context.progress.note(
             f"{_transition(worst)}: changes by up to {worst.largest_step:.2f} median steps from "
@@ -122,12 +122,12 @@ def _note_large_steps(changes: list[ChosenChange], context: BuildContext) -> Non
 def _states(levels: Sequence[float], changes: list[ChosenChange]) -> StateGraph:
     """Return the graph of the loops and changes, by the names of their animations."""
     loops = [State(_loop(k), wind=level) for k, level in enumerate(levels)]
-    between = [State(_transition(each), following=_loop(each.after)) for each in changes]
+    between = [State(_transition(change), following=_loop(change.after)) for change in changes]
     steps = list[StateTransition]()
-    for each in changes:
-        last, entry = each.change.clip.count - 1, each.change.entry
-        steps.append(StateTransition(_loop(each.before), each.start, _transition(each), 0))
-        steps.append(StateTransition(_transition(each), last, _loop(each.after), entry))
+    for chosen in changes:
+        last, entry = chosen.change.clip.count - 1, chosen.change.entry
+        steps.append(StateTransition(_loop(chosen.before), chosen.start, _transition(chosen), 0))
+        steps.append(StateTransition(_transition(chosen), last, _loop(chosen.after), entry))
     return StateGraph((*loops, *between), tuple(steps))
 
 

@@ -178,9 +178,9 @@ def animations_by_name(contributions: Sequence[Contribution]) -> dict[str, Finis
 def textures_by_name(contributions: Sequence[Contribution]) -> "dict[str, PreparedTexture]":
     """Return the textures of flakes by their names on the pages."""
     return {
-        texture_title(each.name, len(contributions)): each.texture
-        for each in contributions
-        if each.texture is not None
+        texture_title(contribution.name, len(contributions)): contribution.texture
+        for contribution in contributions
+        if contribution.texture is not None
     }
 
 
@@ -194,8 +194,10 @@ def with_cell_names(name: str, contributions: Sequence[Contribution]) -> list[Co
     """Return the contributions, in whose tracks the cells of textures have their names in the atlas
     ``name``."""
     return [
-        _with_cell_names(each, f"{name}/{texture_title(each.name, len(contributions))}")
-        for each in contributions
+        _with_cell_names(
+            contribution, f"{name}/{texture_title(contribution.name, len(contributions))}"
+        )
+        for contribution in contributions
     ]
 
 
@@ -206,8 +208,10 @@ def _with_cell_names(contribution: Contribution, prefix: str) -> Contribution:
     return replace(
         contribution,
         animations={
-            title: replace(each, tracks=each.tracks and each.tracks.with_cell_names(names))
-            for title, each in contribution.animations.items()
+            title: replace(
+                animation, tracks=animation.tracks and animation.tracks.with_cell_names(names)
+            )
+            for title, animation in contribution.animations.items()
         },
     )
 

@@ -64,15 +64,15 @@ class PreparedTexture:
         fitted = [_resized(cell, size) for cell in cells]
         sprites = tuple(
             tuple(
-                encode_sprite(each, atlas.alpha, atlas.blend_space, bits=atlas.bits)
-                for each in scaled(cell, atlas.scales)
+                encode_sprite(variant, atlas.alpha, atlas.blend_space, bits=atlas.bits)
+                for variant in scaled(cell, atlas.scales)
             )
             for cell in fitted
         )
         whole = Rect(0, 0, *size)
         light = [
-            light_over_black(crop(each[0], whole), atlas.alpha, atlas.blend_space)
-            for each in sprites
+            light_over_black(crop(cell[0], whole), atlas.alpha, atlas.blend_space)
+            for cell in sprites
         ]
         shown = np.stack(light)
         if flakes.tint == "heat":
@@ -81,7 +81,7 @@ class PreparedTexture:
 
     def frames_for_pages(self, name: str, duration: float) -> AnimationFrames:
         """Return the cells in the largest scale for packing; ``duration`` of each is in ms."""
-        sprites = tuple(each[0] for each in self.sprites)
+        sprites = tuple(cell[0] for cell in self.sprites)
         height, width = self.shape.light.shape[1:3]
         return AnimationFrames(
             name, sprites, duration, self.shape.over_life, (width / 2, height / 2)

@@ -35,7 +35,7 @@ def fly_in_depth(
         context: Workers, progress and timer.
     """
     depth, timer = depth_of(clip), context.timer
-    known = {depth_of(each).camera: each for each in clips}
+    known = {depth_of(clip).camera: clip for clip in clips}
 
     def seen_by(camera: Camera) -> Clip:
         return known[camera] if camera in known else kept(depth.seen_by(camera))

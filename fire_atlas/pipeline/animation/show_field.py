@@ -56,7 +56,7 @@ def _marks(view: PreparedView, context: BuildContext) -> FieldMarks:
     context.progress.stage("analyse", clip.count)
 
     def solved() -> Iterator[SolvedFrame]:
-        forcings = (each.forcing for each in analysed_frames(clip, analyser, context))
+        forcings = (frame.forcing for frame in analysed_frames(clip, analyser, context))
         for frame in solve_field(forcings, clip, solver):
             if frame.number < clip.count:
                 forces[frame.number] = solver.buoyancy(frame.field.heat, frame.forcing)

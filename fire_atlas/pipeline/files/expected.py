@@ -47,14 +47,14 @@ def expected_outputs(recipe: Recipe) -> Iterator[tuple[str, Role]]:
     The number of pages, the names that users' templates give, and which animations have flakes are
     known only once the frames are.
     """
-    yield from ((each.first, each.role) for each in files(recipe) if each.is_certain)
+    yield from ((file.first, file.role) for file in files(recipe) if file.is_certain)
 
 
 def unexpected(recipe: Recipe, outputs: Iterable[tuple[str, str]]) -> Iterator[str]:
     """Yield the names of those ``outputs`` (name, role) that no build of ``recipe`` writes."""
     known = list(files(recipe))
     for file, role in outputs:
-        is_known = any(each.role == role and each.has(file) for each in known)
+        is_known = any(names.role == role and names.has(file) for names in known)
         is_known = is_known or (role == "template" and _is_rendered(recipe, file))
         if not is_known or "/" in file:
             yield file
@@ -64,7 +64,7 @@ def possible(recipe: Recipe, names: Iterable[str]) -> Iterator[str]:
     """Yield those of ``names`` that a build of ``recipe`` may have written, whatever for."""
     known = list(files(recipe))
     for name in names:
-        if any(each.has(name) for each in known) or _is_rendered(recipe, name):
+        if any(file.has(name) for file in known) or _is_rendered(recipe, name):
             yield name
 
 

@@ -64,7 +64,7 @@ def movie_files(
             context.progress.note(f"movies: {title} has no flakes there, as flakes.bake is false")
     named = [(stem, name) for stem in shown for name in movies]
     context.progress.stage("movies", len(named))
-    written = context.workers.map(lambda each: write_movie(each[1], shown[each[0]]), named)
+    written = context.workers.map(lambda movie: write_movie(movie[1], shown[movie[0]]), named)
     for (stem, name), data in zip(named, written, strict=True):
         yield OutputFile(f"{stem}.{name}", "movie", data)
         context.progress.advance()

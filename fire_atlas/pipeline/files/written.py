@@ -91,12 +91,24 @@ def product_of(
         loaded: The recipe, with its members.
         staging: Reads the files that are in the output folder already.
     """
-    tracks = {name: each.tracks for name, each in animations.items() if each.tracks is not None}
-    lights = {name: each.light for name, each in animations.items() if each.light is not None}
+    tracks = {
+        name: animation.tracks
+        for name, animation in animations.items()
+        if animation.tracks is not None
+    }
+    lights = {
+        name: animation.light
+        for name, animation in animations.items()
+        if animation.light is not None
+    }
     baked = frozenset(name for name in tracks if animations[name].bakes_flakes)
-    pixel_art = all(each.pixel_art for each in animations.values())
+    pixel_art = all(animation.pixel_art for animation in animations.values())
     track_formats = loaded.recipe.tracks
-    cameras = {name: each.camera for name, each in animations.items() if each.camera is not None}
+    cameras = {
+        name: animation.camera
+        for name, animation in animations.items()
+        if animation.camera is not None
+    }
     return Product(
         sheets, tracks, baked, staging.existing, track_formats, lights, pixel_art, cameras
     )

@@ -91,6 +91,6 @@ def build_statistics(
     }
     if len(contributions) == 1:
         return {**contributions[0].statistics, **of_all}
-    members = {each.name: each.statistics for each in contributions}
+    members = {contribution.name: contribution.statistics for contribution in contributions}
     frames = len(sheet.regions) + len(sheet.singles)
     return {"frames": frames, **of_all, "members": members}

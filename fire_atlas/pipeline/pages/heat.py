@@ -57,7 +57,7 @@ class HeatPages:
         channel its heat is."""
         regions = sheet.regions
         if self.description.pixels == "heat4":
-            numbers = [i for each in sheet.animations for i in range(len(each.frames))]
+            numbers = [i for animation in sheet.animations for i in range(len(animation.frames))]
             regions = tuple(
                 replace(region, channel=CHANNELS[self.channel(i)])
                 for region, i in zip(regions, numbers, strict=True)
@@ -82,7 +82,7 @@ def in_heat(
         learnt = _learnt(animations, loaded, context)
         made, errors = _all_in_heat(animations, learnt, context)
     if atlas.pixels == "heat4":
-        made = {name: _with_shared_sprites(name, each) for name, each in made.items()}
+        made = {name: _with_shared_sprites(name, animation) for name, animation in made.items()}
     own = _own_colours(animations, atlas)
     ramps = np.stack([_ramp(i, learnt, own, loaded, context) for i in range(len(atlas.ramps))])
     description = Heat(atlas.pixels, f"{loaded.recipe.name}.ramp.png", atlas.ramps)
@@ -106,7 +106,9 @@ def _learnt(
     animations: Mapping[str, FinishedAnimation], loaded: LoadedRecipe, context: BuildContext
 ) -> Bytes:
     """Return the ramp of all pixels of all frames."""
-    images = [frame.sprites[0].image for each in animations.values() for frame in each.frames]
+    images = [
+        frame.sprites[0].image for animation in animations.values() for frame in animation.frames
+    ]
     context.progress.stage("heat", 2 * len(images))
     return learn_ramp(
         merged(_counted(context.workers.map(bins_of, images), context)),
@@ -123,7 +125,9 @@ def _counted(parts: Iterable[Bins], context: BuildContext) -> Iterator[Bins]:
 
 def _own_colours(animations: Mapping[str, FinishedAnimation], atlas: Atlas) -> OwnColours:
     """Measure the colours of all flames, by which what is no flame keeps its own."""
-    images = [frame.sprites[0].image for each in animations.values() for frame in each.frames]
+    images = [
+        frame.sprites[0].image for animation in animations.values() for frame in animation.frames
+    ]
     few = (images[i] for i in evenly_spread(0, len(images) - 1, _SAMPLES))
     parts = [shown_of_bytes(image, atlas.alpha, atlas.blend_space) for image in few]
     is_matted = atlas.alpha != "additive"
@@ -191,7 +195,9 @@ def _with_shared_sprites(name: str, animation: FinishedAnimation) -> FinishedAni
     frames = list[RenderedFrame]()
     for first in range(0, len(animation.frames), len(CHANNELS)):
         four = animation.frames[first : first + len(CHANNELS)]
-        sprites = tuple(_in_channels(each) for each in zip(*(f.sprites for f in four), strict=True))
+        sprites = tuple(
+            _in_channels(sprites) for sprites in zip(*(f.sprites for f in four), strict=True)
+        )
         frames += [replace(frame, sprites=sprites) for frame in four]
     return replace(animation, frames=frames, frames_per_place=len(CHANNELS))
 

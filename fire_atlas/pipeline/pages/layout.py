@@ -74,7 +74,9 @@ def pack(
         )
         for title, animation in animations.items()
     ]
-    cells = [each.frames_for_pages(title, packed[0].duration) for title, each in textures.items()]
+    cells = [
+        texture.frames_for_pages(title, packed[0].duration) for title, texture in textures.items()
+    ]
     sheets = build_sheets(
         name, packed, atlas,
         singles=singles, textures=cells, shares=maps == Maps(),
@@ -102,7 +104,7 @@ def pack(
 
 def _margin(kind: MapKind, animations: Sequence[FinishedAnimation]) -> int:
     """Return how many px around all frames a map needs."""
-    return maker_of(kind).margin([each.maps[kind.name] for each in animations])
+    return maker_of(kind).margin([animation.maps[kind.name] for animation in animations])
 
 
 def _trim_margin(atlas: Atlas, has_hard_edges: bool) -> int:
@@ -173,7 +175,7 @@ def images(
     for scale, sheet in enumerate(sheets):
         edges = Edges.of(atlas, sheet.scale)
         files = [page.file for page in sheet.pages]
-        shown = [each[scale] for each in (*(frame.sprites for frame in frames), *cells)]
+        shown = [variants[scale] for variants in (*(frame.sprites for frame in frames), *cells)]
         if content.heat is None:
             for page, file in enumerate(files):
                 draw = partial(draw_sprites, sheet, page, shown, edges, context.workers)

@@ -72,10 +72,10 @@ def _remedies(
     """Yield what to write into the recipe so that so many ``pages`` are enough."""
     recipe, atlas = loaded.recipe, loaded.recipe.atlas
     as_high = ""
-    sizes = {tuple(each.statistics.get("frame_size", ())) for each in animations.values()}
+    sizes = {tuple(animation.statistics.get("frame_size", ())) for animation in animations.values()}
     if len(sizes) == 1 and (size := sizes.pop()) and not loaded.members:
         width, height = size
-        most = max(len(each) for each in frames.animations)
+        most = max(len(animation) for animation in frames.animations)
         as_many, as_high = _kept(loaded, most, height)
         # Of another size or length, generated fire is another fire.
         is_footage = isinstance(recipe.source, FramesSource)
