@@ -72,6 +72,10 @@ def pack(
             on_one = tuple(dict.fromkeys(frames, 0) for frames in animations)
             return _packing([page], Assignment((frozenset(everything),), on_one), animations)
     assignment = assign(animations, room)
+    # Fuller pages may leave frames that fit together worse.
+    quick = _PackedRoom(padded, rules, _FIRST_TRIES)
+    if len((other := assign(animations, quick)).pages) < len(assignment.pages):
+        room, assignment = quick, other
     return _packing([room.page(frames) for frames in assignment.pages], assignment, animations)
 
 
