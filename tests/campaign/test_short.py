@@ -18,17 +18,17 @@ pytestmark = [
 @pytest.mark.parametrize(
     ("campaign", "count"),
     [
-        ("kill", 4),
-        ("commit", 6),
+        ("kill", 3),
+        ("commit", 3),
         ("disk", 2),
         ("exchange", 2),
         ("limit", 2),
         ("watch", 2),
         ("concurrent", 3),
-        ("power", 6),
-        ("fuzz", 35),
+        ("power", 3),
+        ("fuzz", 20),
         ("stale", 3),
-        ("cache", 12),
+        ("cache", 6),
         ("agree", 100),
     ],
 )

@@ -1,5 +1,6 @@
 """Fixtures of the whole-build tests."""
 
+import shutil
 from pathlib import Path
 
 import pytest
@@ -13,10 +14,17 @@ def repo(tmp_path: Path) -> Repo:
     return Repo(tmp_path / "repo")
 
 
-@pytest.fixture
-def recipe(repo: Repo) -> Path:
-    """Return a recipe that was built once; with another seed it gives other files."""
+@pytest.fixture(scope="session")
+def built_repo(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a repo whose recipe was built."""
+    repo = Repo(tmp_path_factory.mktemp("built") / "repo")
     repo.clip()
-    recipe = repo.recipe()
-    repo.built(recipe)
-    return recipe
+    repo.built(repo.recipe())
+    return repo.folder
+
+
+@pytest.fixture
+def recipe(repo: Repo, built_repo: Path) -> Path:
+    """Return a recipe that was built once; with another seed it gives other files."""
+    shutil.copytree(built_repo, repo.folder, dirs_exist_ok=True)
+    return repo.folder / "fire.yaml"

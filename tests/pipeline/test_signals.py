@@ -46,8 +46,11 @@ sys.addaudithook(hook)
 """
 
 
-@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
-@pytest.mark.parametrize("after", [1, 3, 10, 30, 100, 200, 300, 400, 500])
+@pytest.mark.parametrize(
+    ("after", "name"),
+    [(after, "SIGINT") for after in (1, 3, 10, 30, 100, 200, 300, 400, 500)]
+    + [(after, "SIGTERM") for after in (10, 300)],
+)
 def test_a_signal_during_imports_ends_the_command(repo: Repo, after: int, name: str) -> None:
     """numpy, OpenCV and others turn an exception in the middle of their import into another."""
     repo.clip()
@@ -72,10 +75,7 @@ def interrupted(line: list[str], after: float, number: signal.Signals = signal.S
     return Ran(process.returncode, out, err)
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_outputs_are_whole_whenever_a_signal_comes(
-    repo: Repo, recipe: Path, number: signal.Signals
-) -> None:
+def test_outputs_are_whole_whenever_a_signal_comes(repo: Repo, recipe: Path) -> None:
     old = contents(repo.build)
     changed = ("--set", "seed=5", "--set", "source.height=160", "--force", "-q", "--jobs", "2")
     began = time.monotonic()
@@ -84,7 +84,7 @@ def test_outputs_are_whole_whenever_a_signal_comes(
     new = contents(repo.build)
     assert new != old
     earliest = max(0.2, seconds / 6)  # Python's own start ends in its own way
-    for step in range(1, 13):
+    for step, number in zip(range(1, 13), 6 * (signal.SIGINT, signal.SIGTERM), strict=True):
         shutil.rmtree(repo.build)
         repo.build.mkdir()
         for name, data in old.items():
@@ -106,7 +106,7 @@ LONG = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("after", [1.0, 2.0, 4.0])
+@pytest.mark.parametrize("after", [1.0, 2.0])
 @pytest.mark.parametrize("kind", LONG)
 def test_long_builds_end_soon_and_leave_no_folder(repo: Repo, kind: str, after: float) -> None:
     source, keys = LONG[kind]
@@ -152,7 +152,7 @@ def test_the_smallest_files_are_not_waited_for(kind: str) -> None:
     ) as process:  # fmt: skip
         assert process.stdout is not None
         assert process.stdout.readline() == "begun\n"
-        time.sleep(3)
+        time.sleep(1)
         process.send_signal(signal.SIGINT)
         try:
             _, err = process.communicate(timeout=SOON)

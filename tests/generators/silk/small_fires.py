@@ -8,10 +8,11 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.camera import Camera
 from fire_atlas.generators.settings import GenerationSettings
-from fire_atlas.generators.silk.renderer import SilkRenderer, generate_silk, silk_camera
+from fire_atlas.generators.silk.renderer import SilkRenderer, silk_camera
 from fire_atlas.recipe.silk import SilkSource
 from fire_atlas.recipe.source import Views
 from fire_atlas.recipe.wind import Wind
+from tests.support.silk_fires import silk_fire
 
 COARSE: dict[str, Any] = {"rows": 12, "columns": 8, "width": 64, "height": 80}
 """A mesh and a frame that are quick to make."""
@@ -31,7 +32,7 @@ def fire(
     frames: int = 24, loops: bool = True, wind: dict[str, Any] | None = None, **keys: Any
 ) -> SilkRenderer:
     blown = Wind.model_validate(wind or {})
-    return generate_silk(source(**keys), settings(frames, loops, blown))
+    return silk_fire(source(**keys), settings(frames, loops, blown))
 
 
 @cache

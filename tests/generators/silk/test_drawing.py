@@ -14,11 +14,11 @@ from fire_atlas.core.pixels import encode_bytes
 from fire_atlas.generators.silk import raster
 from fire_atlas.generators.silk.intruder_drawing import Hearth, IntruderBuffers, draw_intruders
 from fire_atlas.generators.silk.intruders import IntruderBody
-from fire_atlas.generators.silk.renderer import generate_silk
 from fire_atlas.recipe.silk import Intruder
 from fire_atlas.recipe.wind import Wind
 from tests.generators.silk.rasteriser import draw
 from tests.generators.silk.small_fires import camera, fire, settings, source, torch
+from tests.support.silk_fires import silk_fire
 
 
 def test_triangles_that_share_edges_cover_every_sample_once() -> None:
@@ -126,7 +126,7 @@ def difference(one: NDArray[np.float32], other: NDArray[np.float32]) -> float:
 @pytest.mark.parametrize("seed", [1, 3])
 @pytest.mark.parametrize("fuel", ["wood", "candle", "gas"])
 def test_in_perspective_eight_sides_are_eight_pictures(fuel: str, seed: int) -> None:
-    made = generate_silk(source(fuel=fuel, sheets={"count": 5}), settings(12, True, seed=seed))
+    made = silk_fire(source(fuel=fuel, sheets={"count": 5}), settings(12, True, seed=seed))
     seen = [made.draw(5, camera(45.0 * k, distance=2.5)).light for k in range(8)]
     beside = np.array([difference(seen[k], seen[(k + 1) % 8]) for k in range(8)])
     behind = np.array([difference(seen[k], seen[(k + 4) % 8][:, ::-1]) for k in range(8)])
@@ -356,7 +356,7 @@ def test_a_black_body_is_hotter_where_wind_makes_sheets_faster() -> None:
         for seed in (1, 2, 3):
             keys = source(grading=grading, width=140, sheets={"count": 5})
             wind = Wind.model_validate({"level": level})
-            made = generate_silk(keys, settings(12, True, wind, seed))
+            made = silk_fire(keys, settings(12, True, wind, seed))
             for i in range(0, 12, 3):
                 light = made.draw(i, camera(width=140)).light
                 red, green = red + light[..., 0].sum(), green + light[..., 1].sum()

@@ -1,9 +1,11 @@
 """Objects that catch fire: where there is flame, and only there."""
 
+from functools import cache
 from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from fire_atlas.generators.silk.renderer import SilkRenderer
 from tests.generators.silk.small_fires import camera, fire
@@ -19,14 +21,19 @@ def with_match(z: float, **keys: Any) -> SilkRenderer:
     return fire(24, loops=False, intruders=[{**match, **keys}], **CANDLE)
 
 
+@cache
+def candle_light() -> list[NDArray[np.float32]]:
+    """Light of some frames of the candle alone."""
+    made, eye = fire(24, loops=False, **CANDLE), camera(width=120, height=120)
+    return [made.draw(i, eye).light for i in range(0, 24, 3)]
+
+
 def light_at(z: float) -> float:
     """Brightest light of the candle within the reach of a match at a height, in all frames."""
-    made = fire(24, loops=False, **CANDLE)
     rows, columns = np.mgrid[:120, :120]
     row = 120 * (1 - 0.06 - z)
     near = np.hypot(rows - row, columns - 60) < 0.07 * 120
-    seen = [made.draw(i, camera(width=120, height=120)).light for i in range(0, 24, 3)]
-    return float(max(light[near].max() for light in seen))
+    return float(max(light[near].max() for light in candle_light()))
 
 
 @pytest.mark.parametrize(

@@ -20,6 +20,7 @@ from fire_atlas.recipe.tree import read_tree
 from fire_atlas.recipe.wind import Wind
 from fire_atlas.sources.matte import luminance_of_light
 from tests.generators.silk.small_fires import camera, fire, lean, settings, source, spearman
+from tests.support.silk_fires import silk_fire
 
 
 def ranks(values: list[float]) -> list[int]:
@@ -141,7 +142,7 @@ def reach(pressure: float) -> float:
     keys = {"pressure": pressure, "sheets": {"count": 5, "width": 0.35, "height": 0.9}}
     found = []
     for seed in (1, 2, 3):
-        made = generate_silk(source(**keys), settings(12, True, seed=seed))
+        made = silk_fire(source(**keys), settings(12, True, seed=seed))
         for i in range(0, 12, 2):
             lit = (made.draw(i, camera()).light.max(axis=-1) > 0.2).any(axis=1)
             found.append(1 - np.flatnonzero(lit)[0] / len(lit))
@@ -231,7 +232,7 @@ def test_textures_play_as_fast_at_any_frame_rate() -> None:
     """The speed of sheets is that of the simulation, not of the frames that are shown."""
     wind = Wind.model_validate({"level": 2.0})
     made = [
-        generate_silk(source(), settings(round(2 * fps), False, wind, fps=fps)).recording
+        silk_fire(source(), settings(round(2 * fps), False, wind, fps=fps)).recording
         for fps in (6.0, 12.0, 48.0)
     ]
     rates = [float(each.rate.mean()) for each in made]
@@ -297,11 +298,11 @@ def test_time_runs_on_where_nothing_loops() -> None:
 @pytest.mark.slow
 def test_the_same_seed_is_the_same_fire_and_another_is_another() -> None:
     keys: dict[str, Any] = {"sheets": {"count": 2}}
-    one, same = (fire(4, **keys).draw(2, camera()).light for _ in range(2))
-    assert np.array_equal(one, same)
-    made = SilkSource.model_validate({"kind": "silk", **keys})
-    other = [generate_silk(made, settings(3, True, seed=seed)).recording.x for seed in (1, 2)]
-    assert not np.array_equal(other[0], other[1])
+    made = source(**keys)
+    one, same, other = (generate_silk(made, settings(4, True, seed=seed)) for seed in (1, 1, 2))
+    light = [each.draw(2, camera()).light for each in (one, same)]
+    assert np.array_equal(light[0], light[1])
+    assert not np.array_equal(one.recording.x, other.recording.x)
 
 
 def test_velocities_are_those_of_the_nodes_and_of_the_gas_that_rises() -> None:

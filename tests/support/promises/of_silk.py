@@ -9,12 +9,13 @@ import numpy as np
 
 from fire_atlas.core.camera import Camera
 from fire_atlas.generators.settings import GenerationSettings
-from fire_atlas.generators.silk.renderer import SilkRenderer, generate_silk, silk_camera
+from fire_atlas.generators.silk.renderer import SilkRenderer, silk_camera
 from fire_atlas.recipe.silk import SilkSource
 from fire_atlas.recipe.source import Views
 from fire_atlas.recipe.wind import Wind
 from tests.support.effect import Array
 from tests.support.promises.promise import Figure, Promise, Unit, mean, merged, nested
+from tests.support.silk_fires import silk_fire
 
 _LIT = 0.2
 """Light of the brightest channel from which on a pixel is flame."""
@@ -523,4 +524,4 @@ def burn(promise: Promise, value: Any, seed: int, height: int) -> Burning:
     frames, loops = timeline.get("frames", 24), timeline.get("loop") != "none"
     wind = Wind.model_validate(keys.get("wind", {}))
     settings = GenerationSettings(seed, wind, frames, 24.0, loops, Views())
-    return Burning(generate_silk(source, settings), silk_camera(source, 0.0, 0.0))
+    return Burning(silk_fire(source, settings), silk_camera(source, 0.0, 0.0))
