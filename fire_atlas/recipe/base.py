@@ -105,7 +105,7 @@ NONE, BLOCK = Tag("<none>"), Tag("<block>")
 AUTO, NUMBER, PAIR = Tag("<auto>"), Tag("<number>"), Tag("<pair>")
 COLOURS = Tag("<colours>")
 WORD, SWITCH, AS_SOURCE = Tag("<word>"), Tag("<switch>"), Tag("<source>")
-TEMPLATE, UNITY = Tag("<template>"), Tag("<unity>")
+CSS, TEMPLATE, UNITY = Tag("<css>"), Tag("<template>"), Tag("<unity>")
 FRAMES, PROFILE, SILK = Tag("<frames>"), Tag("<profile>"), Tag("<silk>")
 SPRITES = Tag("<sprites>")
 SHEET, ARRANGEMENT = Tag("<sheet>"), Tag("<arrangement>")
@@ -115,7 +115,7 @@ BRANCHES = KINDS | {
     tag.tag
     for tag in (
         *(NONE, BLOCK, AUTO, NUMBER, PAIR, COLOURS, WORD, SWITCH, AS_SOURCE, SHEET, ARRANGEMENT),
-        *(TEMPLATE, UNITY),
+        *(CSS, TEMPLATE, UNITY),
     )
 }
 """All tags, as they appear in the paths of pydantic's errors."""

@@ -8,6 +8,7 @@ from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, mode
 from fire_atlas.recipe.base import (
     AUTO,
     BLOCK,
+    CSS,
     DIFFERENT,
     LIST,
     NUMBER,
@@ -371,7 +372,23 @@ class UnityExport(Settings):
     """Options of the files for Unity."""
 
 
+class CssOptions(Settings):
+    """Options of the style sheet."""
+
+    density: float = Field(default=1.0, ge=0.25, le=8)
+    """Px of the page for each px of CSS, in width and height: 2 shows the page at half its size, as
+    sharp as a screen with twice as many pixels can."""
+
+
+class CssExport(Settings):
+    """The export ``css`` with options."""
+
+    css: CssOptions
+    """Options of the style sheet."""
+
+
 _BRANCHES = {
+    "css": CSS.tag,
     "unity": UNITY.tag,
     "template": TEMPLATE.tag,
     "to": TEMPLATE.tag,
@@ -403,13 +420,15 @@ def _without_options_of_godot(export: Any) -> Any:
     raise ContradictionError(problem)
 
 
-_EXPORTS = "the name of a format, {unity: ...}, or {template: ..., to: ...}"
+_EXPORTS = "the name of a format, {unity: ...}, {css: ...}, or {template: ..., to: ...}"
 
 Export = Annotated[
     Annotated[ExportName, WORD]
     | Annotated[
         Annotated[
-            Annotated[TemplateExport, TEMPLATE] | Annotated[UnityExport, UNITY],
+            Annotated[TemplateExport, TEMPLATE]
+            | Annotated[UnityExport, UNITY]
+            | Annotated[CssExport, CSS],
             Discriminator(
                 _mapping_branch,
                 custom_error_type=UNDECIDED,

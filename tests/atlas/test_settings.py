@@ -47,7 +47,7 @@ def checked(folder: Path, capsys: pytest.CaptureFixture[str], **keys: Any) -> tu
         ({"pivot": 3}, ["json"], r"two numbers: \[x, y\]"),
         ({"multiple_of": 3}, ["json"], "1, 2"),
         ({}, ["jsn"], "did you mean json"),
-        ({}, [3], "the name of a format, {unity: ...}, or {template"),
+        ({}, [3], "the name of a format, {unity: ...}, {css: ...}, or {template"),
         ({}, [{"template": "x.j2"}], "exports.0.to: is missing"),
         ({}, [{"template": "x.j2", "to": "x"}], r"there is no template .*x\.j2"),
     ],

@@ -125,7 +125,7 @@ def advice(path: Path, *overrides: str) -> list[str]:
         (
             "exports: [{phaser: {}}]",
             "2: exports.0",
-            "must be the name of a format, {unity: ...}, or "
+            "must be the name of a format, {unity: ...}, {css: ...}, or "
             '{template: ..., to: ...}; got {"phaser": {}}',
         ),
         ("flakes: {lag: fast}", "2: flakes.lag", 'must be a number; got "fast"'),

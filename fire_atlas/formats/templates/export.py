@@ -24,14 +24,20 @@ MAX_SECONDS = 10
 """Time limit for a user's template."""
 
 
-def export_css(sheet: AtlasSheet) -> Iterator[OutputFile]:
+def export_css(sheet: AtlasSheet, density: float = 1.0) -> Iterator[OutputFile]:
     """Yield ``name.css``: a CSS class that plays each animation, and one that shows each frame.
+
+    Args:
+        sheet: The sheet. Classes of a smaller one end in its scale, ``-at-0-5x``, so that a page
+            can have several.
+        density: Px of the page for each px of CSS.
 
     Raises:
         OutputError: Two of them would be one class.
     """
     _refuse_equal_classes(sheet)
-    text = rendered("sprites.css.j2", **context_of(sheet))
+    ending = "" if sheet.scale == 1 else f"-at-{sheet.scale:g}x".replace(".", "-")
+    text = rendered("sprites.css.j2", **context_of(sheet), ending=ending, density=density)
     yield OutputFile(sheet.file(0, EXPORTS["css"].ending), "atlas", text.encode())
 
 

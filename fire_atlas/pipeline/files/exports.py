@@ -14,6 +14,7 @@ from fire_atlas.formats.product import Product
 from fire_atlas.formats.tables import EXPORTS, TRACKS
 from fire_atlas.pipeline.files.moved import moved_images
 from fire_atlas.recipe.output import (
+    CssExport,
     Export,
     TemplateExport,
     TrackName,
@@ -120,4 +121,6 @@ def exporter(export: Export) -> Exporter:
     if name in ENGINES:
         return partial(engine(name).export, export=export)
     write: SheetExporter = EXPORTS[name].write
+    if isinstance(export, CssExport):
+        write = partial(EXPORTS[name].write, density=export.css.density)
     return lambda product: (file for sheet in product.sheets for file in write(sheet))
