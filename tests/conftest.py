@@ -22,7 +22,10 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     # A shell's background jobs ignore Ctrl-C, and so would every command that a test interrupts.
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
-PACKAGES = ("ktx-parse", "pixi.js", "phaser", "phaser4", "playwright-core", "three")
+PACKAGES = (
+    "ktx-parse", "melonjs", "pixi.js", "phaser", "phaser360", "phaser370", "phaser4",
+    "playwright-core", "three",
+)  # fmt: skip
 
 
 MARKS = {

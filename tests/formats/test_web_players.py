@@ -1,6 +1,7 @@
-"""PixiJS 8, Phaser 3 and Phaser 4, in a real browser, draw every frame as it went in."""
+"""PixiJS 8, Phaser 3 and 4 and melonJS, in a real browser, show every frame as it went in."""
 
 import json
+import re
 import subprocess
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -20,6 +21,7 @@ from fire_atlas.core.workers import Workers
 from fire_atlas.formats.pages.page_file import write_page
 from fire_atlas.pipeline.files.exports import exported_files
 from fire_atlas.recipe.output import Atlas
+from tests.docs.markdown import section
 from tests.support.sheets import product_of
 
 WEB = Path(__file__).parent / "web"
@@ -40,14 +42,20 @@ class Case:
     scale: float = 1
     title: str = "fire"
     shares_pages: bool = False
+    loads: tuple[str | list[str], ...] = ()
+    """Files that PixiJS loads in turn, those of a list at once; by default the first."""
 
     @property
     def name(self) -> str:
-        settings = "-".join(f"{key}_{value}" for key, value in self.atlas.items())
+        settings = "-".join(f"{key}_{value}" for key, value in (*self.atlas.items(), *self.order))
         return "".join(
             c if c.isalnum() or c in "-_" else "_"
             for c in f"{self.client}-{self.export}-{settings}-{self.scale}-{self.title}"
         )
+
+    @property
+    def order(self) -> list[tuple[str, Any]]:
+        return [("loads", "-".join(map(str, self.loads)))] if self.loads else []
 
     @property
     def json(self) -> str:
@@ -55,8 +63,16 @@ class Case:
 
 
 PAGES: dict[str, Any] = {"max_size": 64}
+PREMULTIPLIED: dict[str, Any] = {"alpha": "premultiplied"}
 HALF: dict[str, Any] = {"scales": [1, 0.5]}
 MESH: dict[str, Any] = {"mesh": {"vertices": 6}}
+ORDERS: list[tuple[str | list[str], ...]] = [
+    ("fire.json",),
+    (["fire.json", "fire-1.json"],),
+    (["fire-1.json", "fire.json"],),
+    ("fire.json", "fire-1.json"),
+    ("fire-1.json", "fire.json"),
+]
 SHARED = {"torch": 9, "candle": 7, "ember": 5}
 """Numbers of frames of animations that share pages; one page holds two of them at most."""
 CASES = [
@@ -76,6 +92,12 @@ CASES = [
         for atlas in ({"max_size": 112, "dedupe": False}, {"max_size": 200, "layout": "grid"})
         for title in SHARED
     ),
+    *(Case("pixi", "json", ".json", PAGES, loads=order) for order in ORDERS),
+    *(
+        Case(client, "phaser", ".phaser.json", atlas)
+        for client in ("phaser360", "phaser370")
+        for atlas in ({}, PAGES)
+    ),
     *(
         case
         for client in ("phaser", "phaser4")
@@ -90,6 +112,61 @@ CASES = [
         )
     ),
 ]  # fmt: skip
+
+
+TWO_ATLASES = ("fire", "smoke")
+"""Names of atlases in one folder, each of two pages."""
+
+TICK = 1000 / 240
+"""Steps in which animations are played, ms."""
+
+DOCS = {
+    "docs-pixi": (
+        "PixiJS", 0, "pixi.js/dist/pixi.min.js",
+        Case("page", "json", ".json", PREMULTIPLIED, title="campfire"),
+        """
+        window.draw = async () => {
+          %s
+          const all = () => [sheet, ...sheet.linkedSheets];
+          return { frames: [], playing: sprite.playing && textures.map((each) => each.label) };
+        };
+        """,
+    ),
+    "docs-phaser": (
+        "Phaser", 0, "phaser/dist/phaser.min.js",
+        Case("page", "phaser", ".phaser.json", title="campfire"),
+        """
+        window.draw = () => new Promise((done) => new Phaser.Game({
+          width: 400, height: 400, banner: false, audio: { noAudio: true }, scene: {
+            preload() { %s },
+            create() {
+              %s
+              const [sprite] = this.children.list;
+              const { currentAnim, isPlaying } = sprite.anims;
+              const names = currentAnim.frames.map((each) => each.frame.name);
+              done({ frames: [], playing: isPlaying && names });
+            },
+          },
+        }));
+        """,
+    ),
+}  # fmt: skip
+"""Pages made of lines of `docs/engines/web.md`: section, number of its block, the client's script,
+the atlas that lies in `build`, and the page's script, with the block in it as it stands; it is cut
+at the comments `// preload` and `// create`."""
+
+
+def docs_page(name: str, folder: Path) -> None:
+    """Write a page with the lines of the docs, and the folder that they load from."""
+    section_name, number, program, case, script = DOCS[name]
+    text = section("docs/engines/web.md", section_name)
+    lines = re.findall(r"^```js\n(.*?)^```$", text, re.M | re.S)[number]
+    _, *parts = re.split(r"^// (?:preload|create)\n", f"// preload\n{lines}", flags=re.M)
+    parts = [part for part in parts if part]
+    (folder / "build").mkdir(parents=True)
+    write(case, folder / "build", "campfire")
+    head = f'<!doctype html><body><script src="/modules/{program}"></script>'
+    (folder / "index.html").write_text(f"{head}<script>{script % tuple(parts)}</script></body>")
 
 
 def clip(case: Case) -> list[Pixels]:
@@ -121,7 +198,7 @@ def frames() -> list[Pixels]:
     return made
 
 
-def write(case: Case, folder: Path) -> list[str]:
+def write(case: Case, folder: Path, name: str = "fire") -> list[str]:
     """Write the atlas of a case as a build does; return the names of the animation's frames."""
     settings = Atlas.model_validate(case.atlas)
     encoded = [encode_sprites(pixels, settings) for pixels in frames()]
@@ -131,7 +208,7 @@ def write(case: Case, folder: Path) -> list[str]:
         AnimationFrames(title, tuple(s[0] for s in encoded[:count]), 1000 / FPS, True, FOOT)
         for title, count in counts.items()
     ]
-    sheets = build_sheets("fire", animations, settings)
+    sheets = build_sheets(name, animations, settings)
     shown = list(zip(*drawn, strict=True))
     if settings.mesh != "none":
         sheets = tuple(
@@ -167,8 +244,29 @@ def drawn(node: str, chromium: Path, tmp_path_factory: pytest.TempPathFactory) -
             "id": case.name, "client": case.client, "folder": str(root / case.name),
             "json": case.json, "title": case.title, "size": [CANVAS, CANVAS], "at": AT, "zoom": 1,
             "premultiplied": case.atlas.get("alpha") == "premultiplied", "names": names,
-            "meshes": "mesh" in case.atlas,
+            "meshes": "mesh" in case.atlas, "loads": case.loads or None,
         })  # fmt: skip
+    common = {"size": [CANVAS, CANVAS], "at": AT, "zoom": 1, "premultiplied": False}
+    (root / "two").mkdir()
+    for name in TWO_ATLASES:
+        case = Case("pixi", "json", ".json", PAGES, title=name)
+        names = write(case, root / "two", name)
+        jobs.append({
+            **common, "id": f"two-{name}", "client": "pixi", "folder": str(root / "two"),
+            "json": f"{name}.json", "loads": [[f"{each}.json" for each in TWO_ATLASES]],
+            "title": name, "names": names,
+        })  # fmt: skip
+    (root / "melon").mkdir()
+    names = write(Case("melon", "json-array", ".array.json"), root / "melon")
+    jobs.append({
+        **common, "id": "melon-atlas", "client": "melon", "folder": str(root / "melon"),
+        "json": "fire.array.json", "names": names,
+    })  # fmt: skip
+    for name in DOCS:
+        docs_page(name, root / name)
+        jobs.append(
+            {**common, "id": name, "client": "page", "folder": str(root / name), "names": []}
+        )
     (root / "cases.json").write_text(json.dumps(jobs))
     ran = subprocess.run(
         [node, WEB / "play.mjs", root / "cases.json", root / "out"],
@@ -178,7 +276,8 @@ def drawn(node: str, chromium: Path, tmp_path_factory: pytest.TempPathFactory) -
     results = json.loads(ran.stdout)
     for job in jobs:
         result = results[job["id"]]
-        data = np.frombuffer((root / "out" / f"{job['id']}.rgba").read_bytes(), np.uint8)
+        result["folder"] = Path(str(job["folder"]))
+        data = np.fromfile(root / "out" / f"{job['id']}.rgba", np.uint8)
         result["pixels"] = data.reshape(result["frames"], CANVAS, CANVAS, 4)
         result["expected_names"] = job["names"]
     return results
@@ -238,4 +337,43 @@ def test_pixi_finds_a_whole_animation_in_one_sheet_unless_no_page_holds_it(
 
 def test_the_clients_are_those_that_are_promised(drawn: Any) -> None:
     versions = {case.client: drawn[case.name]["version"].split(".")[0] for case in CASES}
-    assert versions == {"pixi": "8", "phaser": "3", "phaser4": "4"}
+    assert versions == {
+        "pixi": "8", "phaser": "3", "phaser360": "3", "phaser370": "3", "phaser4": "4",
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "case", [each for each in CASES if each.export == "phaser"], ids=lambda case: case.name
+)
+def test_phaser_plays_a_round_in_the_time_of_its_frames(case: Case, drawn: Any) -> None:
+    """Before 3.80 it adds a frame's duration, where one is stated, to that of the rate."""
+    assert drawn[case.name]["round"] == pytest.approx(1000 * len(clip(case)) / FPS, abs=2 * TICK)
+
+
+@pytest.mark.parametrize("name", TWO_ATLASES)
+def test_pixi_shows_two_atlases_of_one_folder(name: str, drawn: Any) -> None:
+    result = drawn[f"two-{name}"]
+    assert result["errors"] == []
+    case = Case("pixi", "json", ".json", PAGES)
+    for pixels, shown in zip(frames(), result["pixels"], strict=True):
+        assert np.abs(shown - canvas(pixels, case)).max() <= 2
+
+
+def test_melonjs_finds_every_frame_its_place_and_its_pivot(drawn: Any) -> None:
+    result = drawn["melon-atlas"]
+    assert result["errors"] == []
+    frames_of = json.loads((result["folder"] / "fire.array.json").read_text())["frames"]
+    assert len(frames_of) == len(frames())
+    for frame in frames_of:
+        seen, trim = result["regions"][frame["filename"]], frame["spriteSourceSize"]
+        assert seen["frame"] == [frame["frame"][key] for key in "xywh"]
+        assert seen["trim"] == ([trim[key] for key in "xywh"] if frame["trimmed"] else None)
+        assert seen["size"] == [WIDTH, HEIGHT]
+        pivot = FOOT[0] - trim["x"], FOOT[1] - trim["y"]
+        assert seen["pivot"] == pytest.approx(pivot, abs=1e-3)
+
+
+@pytest.mark.parametrize("page", DOCS)
+def test_lines_of_the_docs_play_the_fire_as_they_stand(page: str, drawn: Any) -> None:
+    assert drawn[page]["errors"] == []
+    assert drawn[page]["playing"] == [f"campfire/{i:04}" for i in range(len(frames()))]

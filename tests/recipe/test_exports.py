@@ -87,7 +87,7 @@ def test_the_schema_knows_words_options_and_templates() -> None:
     assert {"json", "godot"} <= set(words)
     mappings = next(form["oneOf"] for form in forms if "oneOf" in form)
     assert {form["$ref"].rpartition("/")[2] for form in mappings} == {
-        "TemplateExport", "UnityExport",
+        "CssExport", "TemplateExport", "UnityExport",
     }  # fmt: skip
     player = schema["$defs"]["UnityOptions"]["properties"]["player"]
     assert (player["enum"], player["default"]) == (["own", "package"], "own")

@@ -14,15 +14,15 @@ function readBack(gl, width, height) {
 
 /** Load by the loader that the file's name asks for. */
 function load(scene, { id, json, title, sprites }) {
-  scene.load.setBaseURL(`/${id}/`);
+  const url = `/${id}/${json}`;
   if (json.endsWith(".phaser.json")) {
-    scene.load.multiatlas(title, json);
-    if (!sprites) scene.load.animation(`${title}-animations`, json);
+    scene.load.multiatlas(title, url, `/${id}/`);
+    if (!sprites) scene.load.animation(`${title}-animations`, url);
   } else if (json.endsWith(".aseprite.json")) {
-    scene.load.aseprite(title, json.replace(".aseprite.json", ".png"), json);
+    scene.load.aseprite(title, url.replace(".aseprite.json", ".png"), url);
   } else {
-    scene.load.atlas(title, json.replace(/(\.array)?\.json$/, ".png"), json);
-    scene.load.json("names", json);
+    scene.load.atlas(title, url.replace(/(\.array)?\.json$/, ".png"), url);
+    scene.load.json("names", url);
   }
 }
 
@@ -91,15 +91,18 @@ window.draw = (job) =>
       });
       const played = [];
       sprite.on("animationupdate", (_, { frame }) => played.push(frame.name));
+      let elapsed = 0, round = null;
+      sprite.on("animationrepeat", () => (round ??= elapsed));
       sprite.play(job.title);
       const tick = 1000 / 240;
-      for (let t = 0; t < (1050 / 24) * (burn.frames.length + 1); t += tick) sprite.anims.update(t, tick);
+      for (; elapsed < (1050 / 24) * (burn.frames.length + 1); elapsed += tick) sprite.anims.update(elapsed, tick);
       return {
         version: Phaser.VERSION,
         frames,
         names: burn.frames.map(({ frame }) => frame.name),
         durations: burn.frames.map(({ duration }) => duration),
         repeat: burn.repeat,
+        round,
         played,
       };
     }

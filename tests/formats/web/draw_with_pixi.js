@@ -47,6 +47,20 @@ function drawSprites(app, sheets, { sprites, known, at }) {
   return { frames, missing: known.filter((name) => !(name in textures)), borders };
 }
 
+/** Load files one after the other, those of a list at once; return the sheets that are known then. */
+async function load(loads, id, textureOptions) {
+  const asked = (json) => ({ src: `/${id}/${json}`, data: { textureOptions } });
+  const found = new Set();
+  for (const step of loads) {
+    const sheets = [step].flat().map(asked);
+    const loaded = await PIXI.Assets.load(Array.isArray(step) ? sheets : sheets[0]);
+    for (const sheet of loaded.textures ? [loaded] : Object.values(loaded)) {
+      [sheet, ...sheet.linkedSheets].forEach((each) => found.add(each));
+    }
+  }
+  return [...found];
+}
+
 window.draw = async (job) => {
   const { id, json, title, premultiplied, size, at, zoom, meshes } = job;
   const [width, height] = size;
@@ -57,8 +71,8 @@ window.draw = async (job) => {
     preserveDrawingBuffer: true,
   });
   const textureOptions = premultiplied ? { alphaMode: "premultiplied-alpha" } : {};
-  const sheet = await PIXI.Assets.load({ src: `/${id}/${json}`, data: { textureOptions } });
-  const sheets = [sheet, ...sheet.linkedSheets];
+  const sheets = await load(job.loads ?? [json], id, textureOptions);
+  const [sheet] = sheets;
   if (job.sprites) return drawSprites(app, sheets, job);
 
   const parts = sheets.map((page) => page.animations[title] ?? []).filter((part) => part.length);

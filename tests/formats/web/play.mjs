@@ -3,9 +3,10 @@
 //   node play.mjs CASES.json OUT_FOLDER
 //
 // CASES.json is a list of {id, client, folder, json, title, premultiplied, size: [w, h], at: [x, y],
-// zoom, meshes}. For each, every frame of every animation is drawn with its pivot at `at` on a canvas of
-// `size`, and written to OUT_FOLDER/<id>.rgba, frame after frame, as premultiplied RGBA bytes, top row
-// first; what was found besides is printed as JSON, by id. Files are served on 127.0.0.1 alone.
+// zoom, meshes, loads}. For each, every frame of every animation is drawn with its pivot at `at` on a
+// canvas of `size`, and written to OUT_FOLDER/<id>.rgba, frame after frame, as premultiplied RGBA bytes,
+// top row first; what was found besides is printed as JSON, by id. Files are served on 127.0.0.1 alone.
+// The client `page` is the case's own `index.html`, which defines `window.draw` too.
 //
 // FIRE_ATLAS_NODE_MODULES names another node_modules than the one here; CHROMIUM another browser
 // than /usr/bin/chromium.
@@ -23,6 +24,8 @@ const { chromium } = createRequire(join(modules, "x.js"))("playwright-core");
 const SCRIPTS = {
   pixi: "/modules/pixi.js/dist/pixi.min.js",
   phaser: "/modules/phaser/dist/phaser.min.js",
+  phaser360: "/modules/phaser360/dist/phaser.min.js",
+  phaser370: "/modules/phaser370/dist/phaser.min.js",
   phaser4: "/modules/phaser4/dist/phaser.min.js",
 };
 const TYPES = {
@@ -41,6 +44,11 @@ function serve(folders) {
     if (first === "favicon.ico") {
       response.writeHead(204);
       response.end();
+      return;
+    }
+    if (first === "melon") {
+      response.writeHead(200, { "content-type": "text/html" });
+      response.end(`<!doctype html><body><script type="module" src="/here/read_with_melon.js"></script></body>`);
       return;
     }
     if (first in SCRIPTS) {
@@ -74,7 +82,12 @@ async function play(browser, port, job, outFolder) {
       errors.push(message.text());
     }
   });
-  await page.goto(`http://127.0.0.1:${port}/${job.client}`);
+  page.on("response", (answer) => {
+    if (answer.status() >= 400) errors.push(`${answer.status()} ${new URL(answer.url()).pathname}`);
+  });
+  const path = job.client === "page" ? `${job.id}/index.html` : job.client;
+  await page.goto(`http://127.0.0.1:${port}/${path}`);
+  await page.waitForFunction(() => window.draw);
   const drawn = await page.evaluate((asked) => window.draw(asked), job);
   await page.close();
   const frames = drawn.frames.map((text) => Buffer.from(text, "base64"));
