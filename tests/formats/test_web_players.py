@@ -10,12 +10,14 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from PIL import Image
 
 from fire_atlas.atlas.drawing import Edges, draw_page
 from fire_atlas.atlas.encode import encode_frame, encode_sprites, shrink
 from fire_atlas.atlas.mesh import with_meshes
 from fire_atlas.atlas.pages import build_sheets
 from fire_atlas.atlas.sheet import AnimationFrames
+from fire_atlas.cli import main
 from fire_atlas.core.pixels import Bytes, Pixels
 from fire_atlas.core.workers import Workers
 from fire_atlas.formats.pages.page_file import write_page
@@ -156,6 +158,49 @@ the atlas that lies in `build`, and the page's script, with the block in it as i
 at the comments `// preload` and `// create`."""
 
 
+TRIMS: dict[str, dict[str, Any]] = {
+    "whole": {"trim": "none"}, "margin": {}, "cut": {"trim_margin": 0},
+}  # fmt: skip
+"""Settings of a drawing with hard edges, by the folder that it is built into."""
+
+TURNED = """
+  window.draw = async ({ size: [width, height] }) => {
+    const app = new PIXI.Application();
+    await app.init({ width, height, backgroundAlpha: 0, preference: "webgl", antialias: false,
+      autoStart: false, preserveDrawingBuffer: true });
+    const { gl } = app.renderer, frames = [];
+    for (const name of %s) {
+      const { textures } = await PIXI.Assets.load(`${name}/ui.json`);
+      const sprite = app.stage.addChild(new PIXI.Sprite(textures.icon));
+      sprite.anchor.set(0.5);
+      sprite.position.set(width / 2, height / 2);
+      sprite.rotation = 0.5;
+      app.render();
+      sprite.destroy();
+      const pixels = new Uint8Array(4 * width * height);
+      gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+      gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+      frames.push(btoa(String.fromCharCode(...pixels)));
+    }
+    return { frames };
+  };
+"""
+
+
+def turned_page(folder: Path) -> None:
+    """Write a page that draws a turned square, filtered, of pages that are trimmed in each way."""
+    (folder / "art").mkdir(parents=True)
+    drawing = np.zeros((40, 40, 4), np.uint8)
+    drawing[8:32, 10:30] = (255, 140, 0, 255)
+    Image.fromarray(drawing).save(folder / "art/icon.png")
+    for name, atlas in TRIMS.items():
+        recipe = {"source": {"kind": "sprites", "path": "art"}, "atlas": atlas}
+        (folder / "ui.yaml").write_text(json.dumps(recipe))
+        assert main(["build", "-q", str(folder / "ui.yaml"), "-o", str(folder / name)]) == 0
+    head = '<!doctype html><body><script src="/modules/pixi.js/dist/pixi.min.js"></script>'
+    (folder / "index.html").write_text(f"{head}<script>{TURNED % [*TRIMS]}</script></body>")
+
+
 def docs_page(name: str, folder: Path) -> None:
     """Write a page with the lines of the docs, and the folder that they load from."""
     section_name, number, program, case, script = DOCS[name]
@@ -267,6 +312,10 @@ def drawn(node: str, chromium: Path, tmp_path_factory: pytest.TempPathFactory) -
         jobs.append(
             {**common, "id": name, "client": "page", "folder": str(root / name), "names": []}
         )
+    turned_page(root / "turned")
+    jobs.append(
+        {**common, "id": "turned", "client": "page", "folder": str(root / "turned"), "names": []}
+    )
     (root / "cases.json").write_text(json.dumps(jobs))
     ran = subprocess.run(
         [node, WEB / "play.mjs", root / "cases.json", root / "out"],
@@ -371,6 +420,14 @@ def test_melonjs_finds_every_frame_its_place_and_its_pivot(drawn: Any) -> None:
         assert seen["size"] == [WIDTH, HEIGHT]
         pivot = FOOT[0] - trim["x"], FOOT[1] - trim["y"]
         assert seen["pivot"] == pytest.approx(pivot, abs=1e-3)
+
+
+def test_a_transparent_px_keeps_hard_edges_smooth_where_pixi_turns_them(drawn: Any) -> None:
+    """Without it, the edge of the rectangle cuts the edge of the drawing off, in steps."""
+    assert drawn["turned"]["errors"] == []
+    whole, margin, cut = drawn["turned"]["pixels"].astype(int)
+    assert np.abs(margin - whole).max() <= 16
+    assert np.abs(cut - whole).max() > 60
 
 
 @pytest.mark.parametrize("page", DOCS)
