@@ -82,5 +82,5 @@ def test_figures_of_the_table_are_measured_again(key: str) -> None:
 
 @pytest.mark.parametrize("promise", ALL, ids=IDS)
 def test_a_promise_goes_its_way(promise: Promise) -> None:
-    low, high = (measured(promise, value, 0, height=96) for value in (promise.low, promise.high))
+    low, high = (measured(promise, value, 0, height=64) for value in (promise.low, promise.high))
     assert high > low if promise.rises else high < low, f"{low:.3g} to {high:.3g}"
