@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,12 @@ from fire_atlas.recipe.schema import recipe_schema
 from fire_atlas.recipe.tree import read_tree
 
 READY = sorted(shipped("recipes").glob("*.yaml"))
+
+
+@cache
+def validator() -> Draft202012Validator:
+    """Return what judges recipes by the schema, which takes a second to make."""
+    return Draft202012Validator(recipe_schema())
 
 
 def properties(schema: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any], bool]]:
@@ -56,7 +63,7 @@ def test_unknown_keys_are_marked_in_every_block() -> None:
 
 @pytest.mark.parametrize("path", READY, ids=[path.stem for path in READY])
 def test_every_ready_recipe_fits_the_schema(path: Path) -> None:
-    Draft202012Validator(recipe_schema()).validate(yaml.safe_load(path.read_text(encoding="utf-8")))
+    validator().validate(yaml.safe_load(path.read_text(encoding="utf-8")))
 
 
 @pytest.mark.parametrize(
@@ -70,7 +77,7 @@ def test_every_ready_recipe_fits_the_schema(path: Path) -> None:
     ],
 )
 def test_what_the_tool_takes_fits_the_schema(recipe: dict[str, Any]) -> None:
-    Draft202012Validator(recipe_schema()).validate(recipe)
+    validator().validate(recipe)
 
 
 @pytest.mark.parametrize("word", ["none", "off", "no", "~", '"off"'])
@@ -95,7 +102,7 @@ def test_what_means_none_to_the_tool_does_to_editors(tmp_path: Path, block: str,
         for name in blocks:
             at = at.setdefault(name, {})
         at[key] = read
-        Draft202012Validator(recipe_schema()).validate(recipe)
+        validator().validate(recipe)
 
 
 @pytest.mark.parametrize(
@@ -109,4 +116,4 @@ def test_what_means_none_to_the_tool_does_to_editors(tmp_path: Path, block: str,
     ],
 )
 def test_what_the_tool_refuses_does_not_fit_the_schema(recipe: dict[str, Any]) -> None:
-    assert not Draft202012Validator(recipe_schema()).is_valid(recipe)
+    assert not validator().is_valid(recipe)
