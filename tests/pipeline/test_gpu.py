@@ -49,7 +49,7 @@ def blocks_of(path: Path) -> tuple[int, int, list[bytes]]:
         index = [struct.unpack_from("<2Q", data, 80 + 24 * level) for level in range(count)]
         return width, height, [data[place : place + size] for place, size in index]
     height, width, _, _, count = struct.unpack_from("<5I", data, 12)
-    levels, at = [], 148
+    levels, at = [], 148 if data[84:88] == b"DX10" else 128
     for level in range(count):
         blocks = [-(-max(side >> level, 1) // 4) for side in (width, height)]
         size = blocks[0] * blocks[1] * (8 if ".bc4." in path.name or ".bc1." in path.name else 16)
