@@ -153,7 +153,7 @@ def test_a_class_shows_what_a_picture_of_the_frame_alone_would(
         assert own.max() > 200
         # Where a pixel of the page is no whole number of the screen's, boxes begin between them.
         is_whole = ratio == sheet.density
-        assert np.abs(seen - own).max() <= (2 if is_whole else 16)
+        assert np.abs(seen - own).max() <= (2 if is_whole else 10)
         assert np.abs(seen - own).mean() <= (0.2 if is_whole else 0.3)
 
 

@@ -95,6 +95,10 @@ CASES = [
         for title in SHARED
     ),
     *(Case("pixi", "json", ".json", PAGES, loads=order) for order in ORDERS),
+    Case(
+        "pixi", "json", ".json", {**PAGES, "trim": "none"},
+        loads=("fire-2.json", "fire.json", "fire-1.json"),
+    ),
     *(
         Case(client, "phaser", ".phaser.json", atlas)
         for client in ("phaser360", "phaser370")
@@ -129,7 +133,6 @@ DOCS = {
         """
         window.draw = async () => {
           %s
-          const all = () => [sheet, ...sheet.linkedSheets];
           return { frames: [], playing: sprite.playing && textures.map((each) => each.label) };
         };
         """,
@@ -301,6 +304,12 @@ def drawn(node: str, chromium: Path, tmp_path_factory: pytest.TempPathFactory) -
             "json": f"{name}.json", "loads": [[f"{each}.json" for each in TWO_ATLASES]],
             "title": name, "names": names,
         })  # fmt: skip
+    (root / "second").mkdir()
+    write(Case("pixi", "json", ".json", PAGES), root / "second")
+    jobs.append({
+        **common, "id": "second", "client": "pixi", "folder": str(root / "second"),
+        "json": "fire-1.json", "title": "fire", "names": [],
+    })  # fmt: skip
     (root / "melon").mkdir()
     names = write(Case("melon", "json-array", ".array.json"), root / "melon")
     jobs.append({
@@ -396,7 +405,18 @@ def test_the_clients_are_those_that_are_promised(drawn: Any) -> None:
 )
 def test_phaser_plays_a_round_in_the_time_of_its_frames(case: Case, drawn: Any) -> None:
     """Before 3.80 it adds a frame's duration, where one is stated, to that of the rate."""
-    assert drawn[case.name]["round"] == pytest.approx(1000 * len(clip(case)) / FPS, abs=2 * TICK)
+    assert drawn[case.name]["round"] == pytest.approx(1000 * len(clip(case)) / FPS, abs=TICK)
+
+
+def test_pixi_shows_the_second_of_two_pages_alone(drawn: Any) -> None:
+    result = drawn["second"]
+    assert result["errors"] == []
+    on_page = json.loads((result["folder"] / "fire-1.json").read_text())["frames"]
+    assert result["names"] == sorted(on_page) and 0 < len(on_page) < len(frames())
+    case = Case("pixi", "json", ".json", PAGES)
+    for name, shown in zip(result["names"], result["pixels"], strict=True):
+        pixels = frames()[int(name.removeprefix("fire/"))]
+        assert np.abs(shown - canvas(pixels, case)).max() <= 2
 
 
 @pytest.mark.parametrize("name", TWO_ATLASES)

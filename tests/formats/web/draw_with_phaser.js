@@ -91,10 +91,10 @@ window.draw = (job) =>
       });
       const played = [];
       sprite.on("animationupdate", (_, { frame }) => played.push(frame.name));
-      let elapsed = 0, round = null;
-      sprite.on("animationrepeat", () => (round ??= elapsed));
-      sprite.play(job.title);
       const tick = 1000 / 240;
+      let elapsed = 0, round = null;
+      sprite.on("animationrepeat", () => (round ??= elapsed + tick));
+      sprite.play(job.title);
       for (; elapsed < (1050 / 24) * (burn.frames.length + 1); elapsed += tick) sprite.anims.update(elapsed, tick);
       return {
         version: Phaser.VERSION,
