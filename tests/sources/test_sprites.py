@@ -276,7 +276,7 @@ def test_borders_scale_outwards_and_keep_their_sprites_whole(icons: Icons) -> No
     small = json.loads((icons.folder / "build/ui@0.5x.json").read_text())["frames"]["panel"]
     assert small["borders"] == {"left": 3, "top": 2, "right": 3, "bottom": 2}
     assert small["sourceSize"] == {"w": 11, "h": 6}
-    assert icons.built()["frames"]["panel"]["frame"]["w"] == 14  # trimmed without a border
+    assert icons.built()["frames"]["panel"]["frame"]["w"] == 14 + 2  # trimmed, one kept around
 
 
 def test_borders_that_cannot_be_are_refused(icons: Icons) -> None:
