@@ -11,13 +11,16 @@ premultiplied  sRGB(c) · alpha    sRGB(c · alpha)
 additive       as premultiplied, with alpha 0
 =============  =================  ===================
 
+On premultiplied pages the stored alpha may be less than the coverage: how much of the background is
+to be hidden is stated apart (``cover``).
+
 c is the colour divided by its coverage, clipped at 1. A page cannot be brighter than white, so
 composition raises coverage where it needs more light.
 """
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Literal, cast
+from typing import Any, Literal, TypeVar, cast
 
 import cv2
 import numpy as np
@@ -32,6 +35,7 @@ from fire_atlas.core.pixels import (
     Bytes,
     Pixels,
     Plane,
+    as_plane,
     decode_bytes,
     encode_bytes,
     encode_unit,
@@ -42,6 +46,8 @@ from fire_atlas.recipe.output import Atlas
 
 _MOST_LIGHT = np.float32(np.finfo(np.float16).max)
 """The most light that a half float holds."""
+
+_Values = TypeVar("_Values", bound=NDArray[np.float32])
 
 Alpha = Literal["straight", "premultiplied", "additive"]
 BlendSpace = Literal["srgb", "linear"]
@@ -59,16 +65,26 @@ _DIM = 16
 """Below this, of 255, the steps of coverage are too coarse for blending in linear light."""
 
 
-def encode_frame(pixels: Pixels, alpha: Alpha, blend_space: BlendSpace) -> Bytes:
+def encode_frame(
+    pixels: Pixels, alpha: Alpha, blend_space: BlendSpace, cover: Plane | None = None
+) -> Bytes:
     """Encode pixels (H, W, 4) as the RGBA bytes, same shape, that a renderer blends.
 
     By the renderer's formula they give the picture, over any background, to within 1/255 for
     premultiplied and additive pages and 2/255 for straight ones.
+
+    Args:
+        pixels: The picture.
+        alpha, blend_space: How the renderer blends.
+        cover: (H, W) 0..1, what premultiplied pages hide of what is behind the picture; None: as
+            much as its coverage says.
     """
     image = np.empty(pixels.shape, np.uint8)
     for top in range(0, pixels.shape[0], _STRIP):
         strip = slice(top, top + _STRIP)
         image[strip] = _encode_strip(pixels[strip], alpha, blend_space)
+    if cover is not None and alpha == "premultiplied":
+        image[..., 3] = _bytes(as_plane(np.clip(cover, 0, 1)))
     return image
 
 
@@ -130,10 +146,17 @@ def is_page_ready(picture: Picture, settings: Atlas) -> bool:
     return picture.dtype == np.uint8 and is_plain
 
 
-def encode_sprites(picture: Picture, settings: Atlas) -> tuple[Sprite, ...]:
-    """Encode and trim a frame (H, W, 4) for the pages of each scale, the largest first."""
+def encode_sprites(
+    picture: Picture, settings: Atlas, cover: Plane | None = None
+) -> tuple[Sprite, ...]:
+    """Encode and trim a frame (H, W, 4) for the pages of each scale, the largest first.
+
+    ``cover`` is as for ``encode_frame``, in full size.
+    """
     if is_page_ready(picture, settings):
         return (_sprite_of_bytes(picture, settings.trim_threshold),)
+    variants = scaled(as_light(picture), settings.scales)
+    covers: list[Any] = [None] * len(variants) if cover is None else scaled(cover, settings.scales)
     return tuple(
         encode_sprite(
             variant,
@@ -141,13 +164,14 @@ def encode_sprites(picture: Picture, settings: Atlas) -> tuple[Sprite, ...]:
             settings.blend_space,
             settings.trim_threshold,
             bits=settings.bits,
+            cover=covered,
         )
-        for variant in scaled(as_light(picture), settings.scales)
+        for variant, covered in zip(variants, covers, strict=True)
     )
 
 
-def scaled(pixels: Pixels, scales: Sequence[float]) -> list[Pixels]:
-    """Return a frame (H, W, 4) in each of ``scales``."""
+def scaled(pixels: _Values, scales: Sequence[float]) -> list[_Values]:
+    """Return a frame (H, W, 4), or a plane (H, W), in each of ``scales``."""
     return [pixels if scale == 1 else shrink(pixels, round(1 / scale)) for scale in scales]
 
 
@@ -170,16 +194,16 @@ def _extent(seen: NDArray[np.bool_]) -> tuple[slice, slice]:
     return slice(int(down[0]), int(down[-1]) + 1), slice(int(across[0]), int(across[-1]) + 1)
 
 
-def shrink(pixels: Pixels, factor: int) -> Pixels:
-    """Return pixels (H, W, 4) at 1 / ``factor`` of the size, rounded up.
+def shrink(pixels: _Values, factor: int) -> _Values:
+    """Return pixels (H, W, 4), or a plane (H, W), at 1 / ``factor`` of the size, rounded up.
 
     Each pixel is the mean of a block of premultiplied light, which is 0 beyond the frame.
     """
     height, width = pixels.shape[:2]
-    whole = np.zeros((up_to(factor, height), up_to(factor, width), 4), np.float32)
+    whole = np.zeros((up_to(factor, height), up_to(factor, width), *pixels.shape[2:]), np.float32)
     whole[:height, :width] = pixels
     size = whole.shape[1] // factor, whole.shape[0] // factor
-    return cast(Pixels, cv2.resize(whole, size, interpolation=cv2.INTER_AREA))
+    return cast(_Values, cv2.resize(whole, size, interpolation=cv2.INTER_AREA))
 
 
 def _sprite_of_bytes(image: Bytes, threshold: int) -> Sprite:
@@ -194,30 +218,43 @@ def _sprite_of_bytes(image: Bytes, threshold: int) -> Sprite:
 
 
 def encode_sprite(
-    pixels: Pixels, alpha: Alpha, blend_space: BlendSpace, threshold: int = 0, *, bits: int = 8
+    pixels: Pixels,
+    alpha: Alpha,
+    blend_space: BlendSpace,
+    threshold: int = 0,
+    *,
+    bits: int = 8,
+    cover: Plane | None = None,
 ) -> Sprite:
     """Encode and trim pixels (H, W, 4); empty borders are not encoded, to save time.
 
-    The sprite of 16 ``bits`` has 8 as well, by which it is placed.
+    The sprite of 16 ``bits`` has 8 as well, by which it is placed. ``cover`` is as for
+    ``encode_frame``.
     """
     frame_size = pixels.shape[1], pixels.shape[0]
     rows, columns = _extent(pixels[..., 3] > _INVISIBLE)
     if rows.stop == 0:
         return trimmed(np.zeros((1, 1, 4), np.uint8), frame_size=frame_size)
-    lit = pixels[rows, columns]
-    image = encode_frame(lit, alpha, blend_space)
-    sprite = trimmed(image, columns.start, rows.start, frame_size, threshold)
-    return _in_16_bits(sprite, pixels, alpha, blend_space) if bits == 16 else sprite
+    lit, covered = pixels[rows, columns], None if cover is None else cover[rows, columns]
+    image = encode_frame(lit, alpha, blend_space, covered)
+    sprite = trimmed(
+        image, columns.start, rows.start, frame_size, threshold, is_straight=alpha == "straight"
+    )
+    return _in_16_bits(sprite, pixels, alpha, blend_space, cover) if bits == 16 else sprite
 
 
-def _in_16_bits(sprite: Sprite, pixels: Pixels, alpha: Alpha, blend_space: BlendSpace) -> Sprite:
-    """Return a sprite with its 16 bits, of the frame's pixels (H, W, 4)."""
+def _in_16_bits(
+    sprite: Sprite, pixels: Pixels, alpha: Alpha, blend_space: BlendSpace, cover: Plane | None
+) -> Sprite:
+    """Return a sprite with its 16 bits, of the frame's pixels (H, W, 4) and cover (H, W)."""
     height, width = sprite.image.shape[:2]
-    lit = pixels[sprite.y : sprite.y + height, sprite.x : sprite.x + width]
-    words = np.empty(sprite.image.shape, np.uint16)
+    part = slice(sprite.y, sprite.y + height), slice(sprite.x, sprite.x + width)
+    lit, words = pixels[part], np.empty(sprite.image.shape, np.uint16)
     for top in range(0, height, _STRIP):
         strip = slice(top, top + _STRIP)
         exact = _exact(lit[strip], alpha, blend_space)
+        if cover is not None and alpha == "premultiplied":
+            exact[..., 3] = np.clip(cover[part][strip], 0, 1)
         words[strip] = deepened(sprite.image[strip], exact)
     return replace(sprite, deep=CompressedImage.of(words, sprite.x, sprite.y))
 

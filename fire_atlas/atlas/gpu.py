@@ -12,7 +12,7 @@ from fire_atlas.atlas.drawing import bleed_colour
 from fire_atlas.atlas.encode import encode_frame
 from fire_atlas.atlas.page_rules import LEVELS_APART
 from fire_atlas.atlas.sheet import AtlasSheet, GpuTexture
-from fire_atlas.core.pixels import Bytes, Pixels, decode_bytes, decode_unit
+from fire_atlas.core.pixels import Bytes, decode_bytes, decode_unit
 from fire_atlas.core.workers import Workers
 from fire_atlas.recipe.gpu import blocks_of, formats_for, texture_file
 from fire_atlas.recipe.output import Atlas
@@ -79,26 +79,33 @@ def _half(values: _Values) -> _Values:
     return cast(_Values, cv2.resize(values, size, interpolation=cv2.INTER_AREA))
 
 
-def light_of(image: Bytes, settings: Atlas) -> Pixels:
+def light_of(image: Bytes, settings: Atlas) -> NDArray[np.float32]:
     """Return linear premultiplied light (H, W, 4) of the bytes of a page; see ``encode``.
 
-    Of an additive page, which stores no coverage, that is 1: what is added stays the same.
+    Of an additive page, which stores no coverage, that is 1: what is added stays the same. Where
+    thin light covers less than it shines, its coverage is what it needs, and a fifth channel has
+    what it covers.
     """
-    unit = image.astype(np.float32) / np.float32(255)
-    cover = np.ones_like(unit[..., 3:]) if settings.alpha == "additive" else unit[..., 3:]
+    unit, light = image.astype(np.float32) / np.float32(255), decode_bytes(image[..., :3])
+    coverage = stored = unit[..., 3:]
+    if settings.alpha == "additive":
+        coverage = np.ones_like(stored)
+    elif settings.thins:
+        shown = light if settings.blend_space == "linear" else unit[..., :3]
+        coverage = np.maximum(stored, shown.max(axis=2, keepdims=True))
     if settings.alpha == "straight":
-        light = decode_bytes(image[..., :3]) * cover
-    elif settings.blend_space == "linear":
-        light = decode_bytes(image[..., :3])
-    else:
-        colour = np.divide(unit[..., :3], cover, out=np.zeros_like(unit[..., :3]), where=cover > 0)
-        light = decode_unit(colour) * cover
-    return np.concatenate([light, cover], axis=2)
+        light = light * coverage
+    elif settings.blend_space == "srgb":
+        none = np.zeros_like(light)
+        light = decode_unit(np.divide(unit[..., :3], coverage, out=none, where=coverage > 0))
+        light = light * coverage
+    return np.concatenate([light, coverage, *([stored] if settings.thins else [])], axis=2)
 
 
 def _encoded(values: _Values, level: int, settings: Atlas, is_data: bool) -> Bytes:
     """Return a level as bytes; straight colours bleed as far as on the page."""
     if is_data:
         return np.asarray(np.rint(values), np.uint8)
-    image = encode_frame(values, settings.alpha, settings.blend_space)
+    light, cover = np.ascontiguousarray(values[..., :4]), values[..., 4] if settings.thins else None
+    image = encode_frame(light, settings.alpha, settings.blend_space, cover)
     return bleed_colour(image, -(-settings.bleed >> level)) if settings.bleed else image

@@ -37,7 +37,7 @@ def with_meshes(
     for region, sprites in zip((*sheet.regions, *sheet.singles), frames, strict=True):
         place = region.page, region.x, region.y, region.border is None
         if place not in meshes:  # frames with the same pixels share it
-            visible = _visible(region, sprites, threshold, margin)
+            visible = _visible(region, sprites, threshold, margin, sheet.alpha == "straight")
             meshes[place] = _mesh(outline(visible, vertices))
         regions.append(replace(region, mesh=meshes[place]))
         done()
@@ -46,7 +46,7 @@ def with_meshes(
 
 
 def _visible(
-    region: Region, sprites: Sequence[Sprite], threshold: int, margin: int
+    region: Region, sprites: Sequence[Sprite], threshold: int, margin: int, is_straight: bool
 ) -> NDArray[np.bool_]:
     """Return which pixels of a trimmed frame (H, W) must be drawn."""
     if region.border is not None:
@@ -54,7 +54,7 @@ def _visible(
     rect = Rect(region.trim_x, region.trim_y, region.width, region.height)
     visible = np.zeros((region.height, region.width), np.bool_)
     for sprite in sprites:
-        visible |= visible_pixels(crop(sprite, rect), threshold)
+        visible |= visible_pixels(crop(sprite, rect), threshold, is_straight=is_straight)
     if not margin:
         return visible
     around = np.ones((2 * margin + 1, 2 * margin + 1), np.uint8)

@@ -91,6 +91,7 @@ def build_sheets(
         scale=1.0,
         fps=1000 / animations[0].duration if animations else 0.0,
         alpha=settings.alpha,
+        thins=settings.thins,
         blend_space=settings.blend_space,
         image_format=settings.format,
         bits=settings.bits,

@@ -363,6 +363,7 @@ class AtlasSheet:
         scale: Scale of this variant, at most 1.
         fps: Frames per second of the (first) animation; 0 without one.
         alpha: ``straight``, ``premultiplied`` or ``additive``.
+        thins: Whether thin light covers less than it shines; see ``Atlas.cover``.
         blend_space: ``srgb`` or ``linear``.
         image_format: Ending of the page files: ``png`` or ``webp``.
         bits: Bits a channel of the pages and layers, 8 or 16.
@@ -396,6 +397,7 @@ class AtlasSheet:
     bits: int = 8
     gpu: tuple[GpuTexture, ...] = ()
     heat: Heat | None = None
+    thins: bool = False
 
     @property
     def placed(self) -> tuple[Region, ...]:

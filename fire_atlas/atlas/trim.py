@@ -24,19 +24,21 @@ def lit_rect(image: Bytes) -> Rect | None:
     return _extent(np.ascontiguousarray(image).view(np.uint32)[..., 0])
 
 
-def visible_rect(image: Bytes, threshold: int) -> Rect | None:
-    """Return the smallest rectangle around all visible pixels of (H, W, 4), if any."""
+def visible_rect(image: Bytes, threshold: int, *, is_straight: bool = True) -> Rect | None:
+    """Return the smallest rectangle around all visible pixels of (H, W, 4), if any; arguments as
+    for ``visible_pixels``."""
     if not threshold:
         return lit_rect(image)
-    return _extent(visible_pixels(image, threshold).view(np.uint8))
+    return _extent(visible_pixels(image, threshold, is_straight=is_straight).view(np.uint8))
 
 
-def visible_pixels(image: Bytes, threshold: int) -> NDArray[np.bool_]:
+def visible_pixels(image: Bytes, threshold: int, *, is_straight: bool = True) -> NDArray[np.bool_]:
     """Return which pixels of (H, W, 4) are visible: (H, W).
 
-    A pixel is visible if its alpha or, on additive pages, its light is above ``threshold``.
+    A pixel is visible if its alpha is above ``threshold`` or, unless the image ``is_straight``, its
+    light, which then needs no alpha.
     """
-    seen = image[..., 3] if threshold and image[..., 3].any() else image.max(axis=2)
+    seen = image[..., 3] if threshold and is_straight else image.max(axis=2)
     return cast(NDArray[np.bool_], seen > threshold)
 
 
@@ -46,11 +48,14 @@ def trimmed(
     y: int = 0,
     frame_size: tuple[int, int] | None = None,
     threshold: int = 0,
+    *,
+    is_straight: bool = True,
 ) -> Sprite:
     """Crop ``image`` (H, W, 4), which lies at (x, y) of its frame, to its lit part.
 
     The sprite has a copy of the pixels, so that the image can be freed. ``frame_size`` is (width,
-    height), by default the image's.
+    height), by default the image's; ``threshold`` and ``is_straight`` are as for
+    ``visible_pixels``.
     """
     frame_size = frame_size or (image.shape[1], image.shape[0])
     rect = lit_rect(image)
@@ -59,7 +64,7 @@ def trimmed(
     lit = image[rect.y : rect.y + rect.height, rect.x : rect.x + rect.width]
     lit = lit.copy() if lit.size < image.size else image
     x, y = x + rect.x, y + rect.y
-    visible = visible_rect(lit, threshold)
+    visible = visible_rect(lit, threshold, is_straight=is_straight)
     if visible is not None:
         visible = visible._replace(x=x + visible.x, y=y + visible.y)
     return Sprite(lit, x, y, *frame_size, visible)

@@ -181,24 +181,30 @@ class OwnColours:
         return as_plane(1 - smooth_step((paler - usual) / _FADE))
 
 
-def shown_of_bytes(image: Bytes, alpha: str, blend_space: str) -> Light:
-    """Return what is shown of encoded pixels (..., 4) of premultiplied or added light, (n, 4)."""
+def shown_of_bytes(image: Bytes, alpha: str, blend_space: str, *, thins: bool) -> Light:
+    """Return what is shown of encoded pixels (..., 4) of premultiplied or added light, (n, 4), with
+    the coverage that straight pages would have; ``thins`` as of ``Atlas``."""
     seen = as_plane(image.reshape(-1, 4) / np.float32(255))
     if alpha == "additive":
         seen[:, 3] = needed(seen, blend_space)
+    elif thins:
+        # Light F over what hides h covers 1 − (1 − h)(1 − F²), and needs 1 − (1 − h)(1 − F).
+        seen[:, 3] = 1 - (1 - seen[:, 3]) / (1 + needed(seen, blend_space))
     return seen
 
 
-def keeping(ramp: Bytes, learnt: Bytes, own: OwnColours, alpha: str, blend_space: str) -> Bytes:
+def keeping(
+    ramp: Bytes, learnt: Bytes, own: OwnColours, alpha: str, blend_space: str, *, thins: bool
+) -> Bytes:
     """Return a ramp (256, 4) that has the ``learnt`` colours of what is no flame, and hides as
     much as these: by the colours of flames alone, wood and smoke would be glass.
 
     Args:
-        ramp, learnt: Encoded for pages of this ``alpha`` and ``blend_space``.
+        ramp, learnt: Encoded for pages with these settings.
         own: The flame's own colours.
-        alpha, blend_space: Settings of the pages.
+        alpha, blend_space, thins: Settings of the pages, as of ``Atlas``.
     """
-    seen = shown_of_bytes(learnt, alpha, blend_space)
+    seen = shown_of_bytes(learnt, alpha, blend_space, thins=thins)
     natural = HeatColours.of(ready_light(NATURAL), blend_space)
     share = own.share(seen)[:, None]
     kept = ramp.astype(np.float64)

@@ -11,6 +11,7 @@ from fire_atlas.atlas.encode import Alpha, BlendSpace, encode_frame
 from fire_atlas.atlas.sheet import RAMP_WIDTH
 from fire_atlas.core.blackbody import blackbody
 from fire_atlas.core.pixels import Bytes, as_plane, hex_to_srgb, premultiply, srgb_to_linear
+from fire_atlas.effect.composition.cover import thin_cover
 from fire_atlas.heat.ramp import finished_ramp
 
 _Stops = tuple[tuple[float, str, float], ...]
@@ -104,7 +105,10 @@ def _premultiplied(straight: NDArray[np.float64], cover: NDArray[np.floating]) -
     return as_plane(premultiply(srgb_to_linear(straight)[None], coverage)[0])
 
 
-def ramp_of_light(row: RampLight, alpha: Alpha, blend_space: BlendSpace) -> Bytes:
-    """Return the ramp (256, 4) that is nearest to linear premultiplied light (256, 4)."""
-    curve = encode_frame(row[None], alpha, blend_space)[0].astype(np.float64)
+def ramp_of_light(row: RampLight, alpha: Alpha, blend_space: BlendSpace, *, thins: bool) -> Bytes:
+    """Return the ramp (256, 4) that is nearest to linear premultiplied light (256, 4); settings as
+    of ``Atlas``."""
+    light = row[None]
+    cover = thin_cover(light, np.zeros_like(light[..., 3])) if thins else None
+    curve = encode_frame(light, alpha, blend_space, cover)[0].astype(np.float64)
     return finished_ramp(curve, alpha, blend_space)

@@ -22,9 +22,10 @@ class _Layer(Maker):
     def of_frame(self, kind: MapKind, parts: FrameParts, recipe: Recipe) -> tuple[Sprite, ...]:
         atlas = recipe.atlas
         if kind.name == "flame":
-            return encode_sprites(parts.flame, atlas)
+            return encode_sprites(parts.flame, atlas, parts.cover(parts.flame))
         if kind.name == "flakes":
-            return encode_sprites(parts.flakes(), atlas)
+            flakes = parts.flakes()
+            return encode_sprites(flakes, atlas, parts.cover(flakes))
         if parts.smoke is None:
             raise ValueError("smoke is apart where its map is made")
         # Smoke hides what is behind it, also where clients add the fire.

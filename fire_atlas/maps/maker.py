@@ -12,7 +12,7 @@ from fire_atlas.atlas.sheet import AtlasSheet, PlacedImage, Rect, SheetMap
 from fire_atlas.core.clip import Clip, FrontSurface
 from fire_atlas.core.context import BuildContext
 from fire_atlas.core.picture import Picture
-from fire_atlas.core.pixels import Bytes, Pixels
+from fire_atlas.core.pixels import Bytes, Pixels, Plane
 from fire_atlas.core.workers import Workers
 from fire_atlas.effect.composition.smoke import Smoke
 from fire_atlas.effect.field.record import FieldRecord
@@ -37,6 +37,8 @@ class FrameParts:
         light: Computes the light of all layers before it is exposed, (H, W, 4).
         smoke: The smoke under the flame; None if it is not apart.
         form: The form of the fire; None if no map of it is made.
+        cover: Returns how much of what is behind it a picture (H, W, 4) of flame or flakes hides,
+            (H, W); None: as much as its coverage says.
         visible: What is visible of the frame, px; known for maps that are cut to it.
         shared: What several maps are made of, by name.
     """
@@ -47,6 +49,7 @@ class FrameParts:
     light: Callable[[], Pixels]
     smoke: Smoke | None = None
     form: FrontSurface | None = None
+    cover: Callable[[Picture], Plane | None] = lambda picture: None
     visible: Rect | None = None
     shared: dict[str, Any] = field(default_factory=dict)
 

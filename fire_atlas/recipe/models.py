@@ -30,6 +30,10 @@ from fire_atlas.recipe.timeline import Timeline
 from fire_atlas.recipe.tree import MAX_NAME, NAME_PATTERN
 from fire_atlas.recipe.wind import MIN_LOOP_IN_WIND, Wind
 
+_NEED_STRAIGHT = {"bleed", "members"}
+"""Keys of ``atlas`` with which pages stay straight by default: single sprites of members are shown
+without a material."""
+
 
 class Recipe(Settings):
     """One effect: its source of fire, how it is processed, and the files to write."""
@@ -199,23 +203,26 @@ class Recipe(Settings):
 
     @model_validator(mode="before")
     @classmethod
-    def _bleed_for_godot(cls, given: Any) -> Any:
-        """Give ``atlas.bleed`` its default where Godot shows straight pages.
+    def _pages_for_engines(cls, given: Any) -> Any:
+        """Give ``atlas.alpha`` and ``atlas.bleed`` their defaults where engines show the pages.
 
-        Its filter mixes in the colour of transparent px, so that enlarged edges would turn dark.
+        Their materials can add light, as straight pages cannot. Godot's filter mixes in the colour
+        of transparent px, so that enlarged edges of straight pages would turn dark.
         """
         if not isinstance(given, dict):
             return given
-        exports, atlas = given.get("exports"), given.get("atlas", {})
-        is_for_godot = isinstance(exports, list | tuple) and "godot" in exports
-        is_straight = (
-            isinstance(atlas, dict)
-            and atlas.get("alpha", "straight") == "straight"
-            and atlas.get("pixels", "color") == "color"
-        )
-        if is_for_godot and is_straight:
-            return {**given, "atlas": {"bleed": GODOT_BLEED, **atlas}}
-        return given
+        exports, atlas, source = given.get("exports"), given.get("atlas", {}), given.get("source")
+        if not (isinstance(exports, list | tuple) and isinstance(atlas, dict)):
+            return given
+        if atlas.get("pixels", "color") != "color":
+            return given
+        is_fire = isinstance(source, dict) and source.get("kind") != "sprites"
+        named = {next(iter(each), "") if isinstance(each, dict) else each for each in exports}
+        if is_fire and named <= {"godot", "unity"} and not _NEED_STRAIGHT & atlas.keys():
+            atlas = {"alpha": "premultiplied", **atlas}
+        if "godot" in exports and atlas.get("alpha", "straight") == "straight":
+            atlas = {"bleed": GODOT_BLEED, **atlas}
+        return {**given, "atlas": atlas}
 
 
 def _idle_keys(recipe: Recipe) -> Iterator[Problem]:

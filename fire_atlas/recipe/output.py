@@ -221,11 +221,23 @@ class Atlas(Settings):
     of which the row in the middle is read from left to right; several in a list: the rows of
     ``name.ramp.png``."""
     alpha: Literal["straight", "premultiplied", "additive"] = "straight"
-    """How alpha is stored. ``additive``: light on black, alpha 0. Ramps are ``premultiplied``, the
-    default with ``pixels: heat``, or ``additive``."""
+    """How alpha is stored. ``straight``, the default, is what most clients expect.
+    ``premultiplied``: light and what it hides are stored apart, so that thin fire brightens what is
+    behind it; the default of fire for Godot and Unity alone, whose files bring the material, and
+    with ``pixels: heat``. ``additive``: light on black, alpha 0. Ramps are ``premultiplied`` or
+    ``additive``."""
+    cover: Literal["auto", "full"] = "auto"
+    """What light hides of what is behind it, with ``alpha: premultiplied``. ``auto``: little where
+    the fire is thin, so that it brightens a bright background too; smoke, wood and drawn art hide
+    as they are. ``full``: as much as it is bright, as straight pages do."""
     blend_space: Literal["srgb", "linear"] = "srgb"
     """Encoding in which the client blends: ``srgb`` (Godot 2D, Pixi, Phaser, canvas, Unity gamma)
     or ``linear`` (Unity linear)."""
+
+    @property
+    def thins(self) -> bool:
+        """Whether thin light hides less than it shines."""
+        return self.alpha == "premultiplied" and self.cover == "auto"
 
     @property
     def largest_size(self) -> int:
@@ -493,6 +505,13 @@ def _pixel_contradictions(atlas: Atlas) -> Iterator[Problem]:
             ("bleed",),
             f"alpha {atlas.alpha} needs none; colour under transparent pixels would be added to "
             f"the picture",
+        )
+    if atlas.cover == "full" and atlas.alpha != "premultiplied":
+        yield Problem(
+            ("cover",),
+            f"is of premultiplied pages, where it can be chosen; set alpha: premultiplied, or "
+            f"leave it out: pages with alpha {atlas.alpha} cover "
+            f"{'as much as they shine' if atlas.alpha == 'straight' else 'nothing'}",
         )
     if atlas.mips != "auto" and not atlas.gpu:
         yield Problem(

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from fire_atlas.core.errors import SourceError
-from fire_atlas.core.picture import Picture, white
+from fire_atlas.core.picture import Picture, brightest, white
 from fire_atlas.core.pixels import srgb_to_linear
 from fire_atlas.core.workload import MAX_PIXELS
 from fire_atlas.sources.header import Header
@@ -144,19 +144,19 @@ def _cut(frames: Sequence[AtlasFrame], headers: dict[AtlasPage, Header]) -> Gene
 
 def _light_of(stored: Picture, blend_space: str) -> Picture:
     """Return the light (H, W, 4) of integer pixels whose colours were multiplied by their coverage
-    as encoded in ``blend_space``."""
+    as encoded in ``blend_space``. Light that is brighter than its coverage gets what it needs."""
     if stored.shape[2] < 4:
         return stored
     unit = stored.astype(np.float32) / np.float32(white(stored.dtype))
-    coverage = unit[..., 3:]
     if blend_space == "linear":
         unit[..., :3] = srgb_to_linear(unit[..., :3])
-    else:
-        colour = np.divide(
-            unit[..., :3], coverage, out=np.zeros_like(unit[..., :3]), where=coverage > 0
-        )
-        unit[..., :3] = srgb_to_linear(np.minimum(colour, 1)) * coverage
-    return unit
+        unit[..., 3] = np.maximum(unit[..., 3], brightest(unit))
+        return unit
+    coverage = np.maximum(unit[..., 3:], brightest(unit)[..., None])
+    colour = np.divide(
+        unit[..., :3], coverage, out=np.zeros_like(unit[..., :3]), where=coverage > 0
+    )
+    return np.concatenate([srgb_to_linear(colour) * coverage, coverage], axis=2)
 
 
 def _untrimmed(frame: AtlasFrame, part: Picture) -> Picture:

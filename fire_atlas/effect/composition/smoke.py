@@ -8,6 +8,7 @@ fire covers no more than its light needs: E ≤ F, as a page cannot be brighter 
 """
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,8 @@ from fire_atlas.core.pixels import Pixels, Plane, as_plane, decode_unit, encode_
 _DULL, _BRIGHT = 0.6, 1.0
 """Brightest channel, as the client shows it, up to which all that is grey in a colour is smoke, and
 from which nothing is: white is heat."""
+
+Cover = Literal["full", "thin", "none"]
 
 _MIN_COVERAGE = np.float32(1e-6)
 """Minimum coverage that light is divided by."""
@@ -62,21 +65,29 @@ class Smoke:
         shown = np.repeat(self.grey[..., None], 3, axis=2)
         return _as_pixels(shown, self.coverage, blend_space)
 
-    def taken_from(self, pixels: Pixels, adds: bool, blend_space: str) -> Pixels:
+    def taken_from(self, pixels: Pixels, cover: Cover, blend_space: str) -> Pixels:
         """Return ``pixels`` (H, W, 4) without this smoke, to be shown over it.
 
         Args:
             pixels: The picture.
-            adds: Whether clients add the fire to what is behind it, whatever its coverage.
+            cover: How much of the smoke a fire of the coverage F hides: ``full``, F; ``thin``, F²;
+                ``none``, nothing.
             blend_space: Encoding in which the client blends.
         """
         shown, whole = _shown(pixels, blend_space), np.clip(pixels[..., 3], 0, 1)
         room = np.maximum(1 - self.coverage, _MIN_COVERAGE)
         coverage = np.where(self.coverage < whole, 1 - np.minimum((1 - whole) / room, 1), 0)
-        kept = np.ones_like(coverage) if adds else 1 - coverage
-        # Where both hide all that is behind, the fire covers what its light needs.
-        hides = (self.coverage >= 1) & ~np.bool_(adds)
         brightest = shown.max(axis=2)
+        if cover == "thin":
+            # F = brightest − (1 − F²) grey.
+            above = np.maximum(brightest - self.grey, 0)
+            needed = 2 * above / (1 + np.sqrt(np.maximum(1 - 4 * self.grey * above, 0)))
+            coverage = np.where(self.grey > 0, needed, coverage)
+            light = np.maximum(shown - ((1 - needed * needed) * self.grey)[..., None], 0)
+            return _as_pixels(light, np.maximum(coverage, light.max(axis=2)), blend_space)
+        kept = np.ones_like(coverage) if cover == "none" else 1 - coverage
+        # Where both hide all that is behind, the fire covers what its light needs.
+        hides = (self.coverage >= 1) & np.bool_(cover == "full")
         needed = np.clip((brightest - self.grey) / np.maximum(1 - self.grey, _MIN_COVERAGE), 0, 1)
         kept = np.where(hides, 1 - needed, kept)
         light = np.maximum(shown - (kept * self.grey)[..., None], 0)

@@ -67,6 +67,7 @@ def flake_shader(
     return rendered_text(
         f"{template}.gdshader",
         alpha=sheet.alpha,
+        thins=sheet.thins,
         blend_space=sheet.blend_space,
         film=adds_up,
         particles=particles,

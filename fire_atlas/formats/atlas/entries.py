@@ -202,6 +202,7 @@ def about_entry(sheet: AtlasSheet, page: int) -> dict[str, Any]:
     """Return the block ``fireAtlas``, an addition to the format: blending, loops, mip levels."""
     return {
         "alpha": sheet.alpha,
+        **({"cover": "auto" if sheet.thins else "full"} if sheet.alpha == "premultiplied" else {}),
         "blendSpace": sheet.blend_space,
         **({"fps": plain(sheet.fps, 6)} if sheet.animations else {}),
         "loops": {animation.name: animation.loop for animation in sheet.animations},

@@ -198,6 +198,7 @@ def _sheet(name: str, documents: Sequence[dict[str, Any]]) -> AtlasSheet:
         scale=number(float(meta.get("scale", 1)), 0.001, 1),
         fps=_fps(about, regions),
         alpha=one_of(about["alpha"], ("straight", "premultiplied", "additive")),
+        thins=one_of(about.get("cover", "full"), ("auto", "full")) == "auto",
         blend_space=one_of(about["blendSpace"], ("srgb", "linear")),
         image_format=Path(name_below(meta["image"])).suffix[1:],
         pages=tuple(page_of(document["meta"]) for document in documents),

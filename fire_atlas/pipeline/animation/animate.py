@@ -150,7 +150,8 @@ def add_flakes(
         if tracks is not None:
             _note_flakes_left(clip, tracks, recipe.timeline.loop, context)
             clip, tracks = without_dark_end(clip, tracks)
-    return SimulatedClip(clip, study, analysis, tracks, shape)
+    is_drawn = isinstance(recipe.source, FramesSource) and is_flat_art(clip)
+    return SimulatedClip(clip, study, analysis, tracks, shape, is_drawn=is_drawn)
 
 
 def finish(recipe: Recipe, simulated: SimulatedClip, context: BuildContext) -> FinishedAnimation:
@@ -177,7 +178,7 @@ def finish(recipe: Recipe, simulated: SimulatedClip, context: BuildContext) -> F
         tracks=simulated.tracks,
         bakes_flakes=recipe.bakes_flakes,
         pixel_art=recipe.is_pixel_art,
-        has_hard_edges=isinstance(recipe.source, FramesSource) and is_flat_art(clip),
+        has_hard_edges=simulated.is_drawn,
         camera=None if clip.depth is None else clip.depth.camera,
         statistics=_statistics(recipe, clip, simulated.tracks),
     )

@@ -12,10 +12,11 @@ from fire_atlas.atlas.encode import BlendSpace, encode_frame, is_page_ready
 from fire_atlas.core.clip import Clip, FrontSurface, depth_of
 from fire_atlas.core.context import BuildContext
 from fire_atlas.core.picture import Picture, as_light
-from fire_atlas.core.pixels import LIGHT_STEPS, Pixels, Plane, as_steps, expose
+from fire_atlas.core.pixels import LIGHT_STEPS, Pixels, Plane, as_plane, as_steps, expose
 from fire_atlas.effect.composition.blur import blur_along
 from fire_atlas.effect.composition.composite import VISIBLE_LIGHT, compose, emitted
-from fire_atlas.effect.composition.smoke import Smoke
+from fire_atlas.effect.composition.cover import hidden_by_smoke, thin_cover
+from fire_atlas.effect.composition.smoke import Cover, Smoke
 from fire_atlas.effect.flakes.drawing import add_glow, draw_frame
 from fire_atlas.effect.flakes.layer import FlakeLight
 from fire_atlas.effect.flakes.texture import TextureCells
@@ -42,6 +43,7 @@ class SimulatedClip:
         tracks: Flakes; None if there are none.
         texture: What flakes are drawn with; None for streaks and squares.
         recolouring: The colours that its flame gets; None for its own.
+        is_drawn: Whether it is flat art, which hides what is behind it as it was drawn to.
     """
 
     clip: Clip
@@ -50,6 +52,7 @@ class SimulatedClip:
     tracks: Tracks | None
     texture: TextureCells | None = None
     recolouring: Recolouring | None = None
+    is_drawn: bool = False
 
     def in_ramp(self, ramp: RampLight, context: BuildContext) -> Self:
         """Return the clip with flame and flakes in the colours of a ramp."""
@@ -70,6 +73,8 @@ class Layers:
         picture: The flame with its smoke in its own colours, as it moves.
         smoke: The smoke under the flame; None if it is not apart.
         form: The form of the fire; None if it is not written.
+        hidden: (H, W) 0..1, what smoke and things hide of what is behind the flame; None if pages
+            hide as much as their coverage says.
     """
 
     flame: Picture
@@ -78,13 +83,22 @@ class Layers:
     picture: Picture | None = None
     smoke: Smoke | None = None
     form: FrontSurface | None = None
+    hidden: Plane | None = None
+
+    def cover(self, picture: Picture) -> Plane | None:
+        """Return what pages hide behind a picture (H, W, 4) of these layers, as from
+        ``thin_cover``; None: as much as its coverage says."""
+        return None if self.hidden is None else thin_cover(picture, self.hidden)
 
 
 def layers_of(i: int, simulated: SimulatedClip, recipe: Recipe) -> Layers:
     """Return the layers of frame ``i``."""
     clip, tracks, flakes = simulated.clip, simulated.tracks, recipe.flakes
     smoke = clip.smoke(i) if clip.smoke is not None and recipe.maps.smoke else None
-    layers = flame_layers(flame_of(i, clip.picture(i), simulated, recipe), recipe, smoke)
+    flame = flame_of(i, clip.picture(i), simulated, recipe)
+    layers = replace(
+        flame_layers(flame, recipe, smoke), hidden=_hidden(i, flame, simulated, recipe)
+    )
     if simulated.recolouring is not None:
         coloured = simulated.recolouring.flame(i, layers.flame, recipe.atlas)
         layers = replace(layers, flame=coloured)
@@ -111,8 +125,21 @@ def flame_layers(picture: Picture, recipe: Recipe, smoke: Plane | None = None) -
         return Layers(picture, picture=picture)
     pixels, atlas = as_light(picture), recipe.atlas
     apart = Smoke.of(pixels, atlas.blend_space) if smoke is None else Smoke.black(smoke)
-    fire = apart.taken_from(pixels, atlas.alpha == "additive", atlas.blend_space)
+    cover: Cover = "none" if atlas.alpha == "additive" else "thin" if atlas.thins else "full"
+    fire = apart.taken_from(pixels, cover, atlas.blend_space)
     return Layers(fire, picture=picture, smoke=apart)
+
+
+def _hidden(i: int, flame: Picture, simulated: SimulatedClip, recipe: Recipe) -> Plane | None:
+    """Return ``Layers.hidden`` of the flame (H, W, 4) of frame ``i``."""
+    clip, atlas = simulated.clip, recipe.atlas
+    if not atlas.thins or simulated.is_drawn or clip.matte == "none":
+        return None
+    if clip.solids is not None:
+        return as_plane(clip.solids(i)[..., 3])
+    if clip.matte == "alpha" and not recipe.maps.smoke:
+        return hidden_by_smoke(flame, atlas.blend_space)
+    return np.zeros(flame.shape[:2], np.float32)
 
 
 def flame_of(i: int, picture: Picture, simulated: SimulatedClip, recipe: Recipe) -> Picture:

@@ -128,13 +128,15 @@ def render_frame(
         light=lambda: emission_of(layers, recipe),
         smoke=layers.smoke,
         form=layers.form,
+        cover=layers.cover,
     )
     kinds = kinds_in(recipe.maps)
     maps = {
         kind.name: maker_of(kind).of_frame(kind, parts, recipe) for kind in kinds if not kind.is_cut
     }
     height, width = layers.flame.shape[:2]
-    whole, *smaller = encode_sprites(compose_layers(layers, recipe, palette), recipe.atlas)
+    composed = compose_layers(layers, recipe, palette)
+    whole, *smaller = encode_sprites(composed, recipe.atlas, layers.cover(composed))
     frame = RenderedFrame((whole, *smaller), maps, light, width, height)
     drawn = whole, *(layer[0] for layer in frame.layers())
     boxes = [sprite.visible for sprite in drawn if sprite.visible]

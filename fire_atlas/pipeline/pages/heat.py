@@ -129,7 +129,9 @@ def _own_colours(animations: Mapping[str, FinishedAnimation], atlas: Atlas) -> O
         frame.sprites[0].image for animation in animations.values() for frame in animation.frames
     ]
     few = (images[i] for i in evenly_spread(0, len(images) - 1, _SAMPLES))
-    parts = [shown_of_bytes(image, atlas.alpha, atlas.blend_space) for image in few]
+    parts = [
+        shown_of_bytes(image, atlas.alpha, atlas.blend_space, thins=atlas.thins) for image in few
+    ]
     is_matted = atlas.alpha != "additive"
     return OwnColours.of(np.concatenate(parts), atlas.blend_space, is_matted=is_matted)
 
@@ -149,8 +151,9 @@ def _ramp(
     else:
         with about(key):
             light = read_ramp(path, RAMP_WIDTH, atlas.blend_space, context.max_pixels)
-    ramp = ramp_of_light(light, atlas.alpha, atlas.blend_space)
-    return keeping(ramp, learnt, own, atlas.alpha, atlas.blend_space)
+    alpha, space, thins = atlas.alpha, atlas.blend_space, atlas.thins
+    ramp = ramp_of_light(light, alpha, space, thins=thins)
+    return keeping(ramp, learnt, own, alpha, space, thins=thins)
 
 
 def _frames_in_heat(

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from fire_atlas.core.picture import as_light
 from fire_atlas.core.pixels import Pixels, as_plane, linear_to_srgb
 from fire_atlas.core.shipped import shipped
-from fire_atlas.effect.composition.smoke import Smoke
+from fire_atlas.effect.composition.smoke import Cover, Smoke
 from fire_atlas.sources.images import decode_bytes
 from tests.support.clips import open_clip, real
 
@@ -29,9 +29,9 @@ def shown(pixels: Pixels, wall: NDArray[np.float64], space: str) -> NDArray[np.f
     return np.asarray(light + (1 - cover) * wall)
 
 
-def parted(pixels: Pixels, space: str, adds: bool = False) -> tuple[Pixels, Pixels]:
+def parted(pixels: Pixels, space: str, cover: Cover = "full") -> tuple[Pixels, Pixels]:
     smoke = Smoke.of(pixels, space)
-    return smoke.taken_from(pixels, adds, space), smoke.pixels(space)
+    return smoke.taken_from(pixels, cover, space), smoke.pixels(space)
 
 
 def off(pixels: Pixels, space: str) -> float:
@@ -103,7 +103,7 @@ def test_black_smoke_keeps_back_what_its_optical_depth_states() -> None:
 def test_fire_that_is_added_shows_the_picture_over_black() -> None:
     """And over brighter walls at least as much: light is added to what the smoke lets through."""
     pixels = frame(shipped("samples") / "explosion" / "0010.png")
-    fire, smoke = parted(pixels, "srgb", adds=True)
+    fire, smoke = parted(pixels, "srgb", "none")
     light = shown(fire, np.array(0.0), "srgb")
     for wall in WALLS:
         found = light + shown(smoke, np.array(wall), "srgb")
