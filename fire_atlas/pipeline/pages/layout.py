@@ -22,10 +22,14 @@ from fire_atlas.maps.maker import maker_of, with_maps
 from fire_atlas.pipeline.animation.contribution import FinishedAnimation
 from fire_atlas.pipeline.pages.content import PageContent
 from fire_atlas.recipe.load import LoadedRecipe
-from fire_atlas.recipe.output import Atlas, Maps
+from fire_atlas.recipe.models import Recipe
+from fire_atlas.recipe.output import Atlas, Maps, export_name
 
 _PHONE_SIDE = 4096
 """Largest side of a texture, px, that nearly all phones load."""
+
+_STRAIGHT_ALONE: set[str] = {"aseprite", "css", "phaser"}
+"""Exports whose clients blend no premultiplied pages."""
 
 
 class Image(NamedTuple):
@@ -92,6 +96,12 @@ def pack(
             f"{largest.width}x{largest.height} px are more than many phones load, "
             f"{_PHONE_SIDE} px a side: atlas.max_size: {_PHONE_SIDE} keeps to that"
         )
+    if _darkens_by_day(loaded.recipe, mapped):
+        context.progress.note(
+            "atlas.alpha: straight, the default, hides what is behind thin fire, so that it "
+            "darkens a bright background; premultiplied adds its light, in clients that blend it "
+            "so (PixiJS, three.js, Godot, Unity)"
+        )
     if atlas.grid is not None:
         from fire_atlas.pipeline.pages.page_count import note_empty_cells
 
@@ -100,6 +110,18 @@ def pack(
     sheets = _with_meshes(sheets, content, around, atlas, context)
     sheets = tuple(with_maps(content.described(sheet), mapped, maps) for sheet in sheets)
     return tuple(with_textures(sheet, atlas) for sheet in sheets)
+
+
+def _darkens_by_day(recipe: Recipe, animations: Sequence[FinishedAnimation]) -> bool:
+    """Return whether pages are straight by default alone, and show light that premultiplied ones
+    would add, as the recipe's clients can."""
+    is_chosen = recipe.atlas.alpha != "straight" or "alpha" in recipe.atlas.model_fields_set
+    if is_chosen or _STRAIGHT_ALONE & {export_name(export) for export in recipe.exports}:
+        return False
+    return any(
+        not animation.has_hard_edges and animation.statistics.get("matte", "none") != "none"
+        for animation in animations
+    )
 
 
 def _margin(kind: MapKind, animations: Sequence[FinishedAnimation]) -> int:
