@@ -15,6 +15,7 @@ from fire_atlas.core.clip import Clip
 from fire_atlas.core.easing import smooth_step
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.pixels import REC709, Pixels, Plane, as_plane, unpremultiply
+from fire_atlas.generators.silk.colour import unexposed
 from fire_atlas.generators.silk.motion_synthesis import (
     SeedImages,
     most_probable_motion,
@@ -169,8 +170,8 @@ class _FireKey:
         rows = np.broadcast_to(rows[:, None], columns.shape)
         upright = sample_at(light, as_plane(columns), as_plane(rows), border=cv2.BORDER_CONSTANT)
         # Undo the exposure of the filmed clip, because drawing the sheets exposes them again.
-        unexposed = -np.log1p(-np.clip(as_plane(upright), 0.0, 0.97))
-        return as_plane(unexposed * _flame_fade(shape)[..., None])
+        light = unexposed(np.clip(as_plane(upright), 0.0, 0.97))
+        return as_plane(light * _flame_fade(shape)[..., None])
 
 
 def _background(luminances: list[Plane]) -> Plane:

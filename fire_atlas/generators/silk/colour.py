@@ -42,9 +42,39 @@ _DENSE_HEAT = 0.3
 """Heat (or light, of images of light) from which on a flame is as dense as it can be."""
 
 
+_SPILL, _SPILLS_FROM = np.float32(0.45), np.float32(4.0)
+"""Part of light far beyond white that exposes the neighbouring colours too, and the light of which
+half as large a part does."""
+
+
 def expose(light: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return HDR light as a camera exposes it, 0..1: channels saturate one by one, up to white."""
-    return np.asarray(-np.expm1(-light), np.float32)
+    """Return HDR light (..., 3) as a camera exposes it, 0..1: channels saturate one by one.
+
+    Light far beyond white spills into the neighbouring colours, as in film and in the eye: red and
+    blue into green, green into both. So the densest fire is nearly white and not yellow, and dim
+    fire keeps its colour.
+    """
+    red, green, blue = np.moveaxis(light, -1, 0)
+    green = green + _spilled(red) + _spilled(blue)
+    beside = _spilled(green)
+    spilled = np.stack([red + beside, green, blue + beside], axis=-1)
+    return np.asarray(-np.expm1(-spilled), np.float32)
+
+
+def unexposed(shown: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the light (..., 3) of which ``expose`` shows ``shown``, 0 or more and less than 1;
+    where there is none, the nearest."""
+    red, green, blue = np.moveaxis(-np.log1p(-shown), -1, 0)
+    beside = _spilled(green)
+    red, blue = np.maximum(red - beside, 0), np.maximum(blue - beside, 0)
+    green = np.maximum(green - _spilled(red) - _spilled(blue), 0)
+    return np.asarray(np.stack([red, green, blue], axis=-1), np.float32)
+
+
+def _spilled(light: Plane) -> Plane:
+    """Return what a channel's light adds to a neighbouring colour: next to none below white."""
+    square = light * light
+    return as_plane(_SPILL * light * square / (square + _SPILLS_FROM * _SPILLS_FROM))
 
 
 @dataclass(frozen=True, slots=True)

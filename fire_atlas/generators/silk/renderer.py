@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.camera import Camera
 from fire_atlas.core.clip import Clip, FrontSurface, Values
+from fire_atlas.core.dither import dithered
 from fire_atlas.core.easing import smooth_step
 from fire_atlas.core.pixels import Pixels, Plane, as_plane
 from fire_atlas.generators.settings import GenerationSettings
@@ -151,6 +152,9 @@ class SilkRenderer:
         edge = (coverage > 0) & (coverage < 1)
         if edge.any():
             shown[edge] = _averaged(expose(light), camera)[edge]
+        if self.glow:
+            glows = _averaged(seen.glow.max(axis=2) - light.max(axis=2) / 2, camera) > 0
+            shown = np.where(glows[..., None], dithered(shown), shown)
         return SilkFrame(shown, coverage)
 
     def solids(self, i: int, camera: Camera) -> SilkFrame:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from fire_atlas.atlas.encode import BlendSpace, encode_frame, is_page_ready
 from fire_atlas.core.clip import Clip, FrontSurface, depth_of
 from fire_atlas.core.context import BuildContext
+from fire_atlas.core.dither import dithered
 from fire_atlas.core.picture import Picture, as_light
 from fire_atlas.core.pixels import LIGHT_STEPS, Pixels, Plane, as_plane, as_steps, expose
 from fire_atlas.effect.composition.blur import blur_along
@@ -173,7 +174,16 @@ def draw(
     """
     light = draw_frame(rows, height, width, flakes.sprite == "pixel", texture, cells)
     glows = flakes.glow > 0 and flakes.sprite != "pixel"
-    return add_glow(light, flakes.glow, flakes.edge == "fade") if glows else light
+    if not glows:
+        return light
+    glowing = add_glow(light, flakes.glow, flakes.edge == "fade")
+    return replace(glowing, planes=np.stack([_dithered(plane) for plane in glowing.planes]))
+
+
+def _dithered(light: Plane) -> Plane:
+    """Return light (H, W) before exposure of which the dim part is shown without rings."""
+    shown = dithered(expose(light)[..., None])[..., 0]
+    return np.where(light < 1, shown / (1 - np.minimum(shown, 0.9)), light)
 
 
 def compose_layers(layers: Layers, recipe: Recipe, palette: Palette | None) -> Picture:
