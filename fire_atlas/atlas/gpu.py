@@ -76,7 +76,13 @@ def _half(values: _Values) -> _Values:
     """Return values (H, W, 4) at half the size, rounded down but for a single row or column."""
     height, width = values.shape[:2]
     size = max(width // 2, 1), max(height // 2, 1)
-    return cast(_Values, cv2.resize(values, size, interpolation=cv2.INTER_AREA))
+    # OpenCV resizes four channels at most.
+    parts = [
+        cv2.resize(part, size, interpolation=cv2.INTER_AREA).reshape(size[1], size[0], -1)
+        for part in (values[..., :4], values[..., 4:])
+        if part.shape[2]
+    ]
+    return cast(_Values, np.concatenate(parts, axis=2) if len(parts) > 1 else parts[0])
 
 
 def light_of(image: Bytes, settings: Atlas) -> NDArray[np.float32]:

@@ -63,7 +63,11 @@ def _flake_sentences(statistics: dict[str, Any]) -> Iterator[str]:
         match figures:
             case {"flakes": {"born": int(born), "alive_mean": float() | int() as alive} as flakes}:
                 of = f" of {animation}" if animation else ""
-                kind = f"; class: {flakes['class']}" if "class" in flakes else ""
+                kind = (
+                    f"; class: {flakes['class']}, style: {flakes['style']}"
+                    if "class" in flakes
+                    else ""
+                )
                 yield f"flakes{of}: {born} in all, {alive:.3g} at a time{kind}"
 
 

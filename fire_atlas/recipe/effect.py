@@ -9,7 +9,14 @@ import re
 from pathlib import PurePath
 from typing import Annotated, Any, Literal, Self, cast
 
-from pydantic import AfterValidator, Discriminator, Field, field_validator, model_validator
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Discriminator,
+    Field,
+    field_validator,
+    model_validator,
+)
 
 from fire_atlas.recipe.base import (
     BLOCK,
@@ -41,19 +48,25 @@ Lift = Annotated[
     either("`auto`, a number, or two: [x, y]"),
 ]
 
-FireClass = Literal[
-    "none",
-    "gas",
-    "candle",
-    "campfire",
-    "torch",
-    "wall",
-    "explosion",
-    "flat",
-    "pixel",
-    "grey",
-    "art",
-]
+FireClass = Literal["none", "gas", "candle", "campfire", "torch", "wall", "explosion"]
+"""What burns."""
+
+FlakeStyle = Literal["film", "anime", "cartoon", "pixel", "grey"]
+"""How flakes look."""
+
+_STYLES_ONCE_CLASSES = {"flat": "cartoon", "pixel": "pixel", "art": "anime", "grey": "grey"}
+
+
+def _what_burns(given: Any) -> Any:
+    """Refuse a class that says how fire looks."""
+    if isinstance(given, str) and given in _STYLES_ONCE_CLASSES:
+        raise ValueError(
+            f"says what burns, and {given} how it looks: write `style: "
+            f"{_STYLES_ONCE_CLASSES[given]}`, and leave class out"
+        )
+    return given
+
+
 """Kinds of fire, which decide the defaults of flakes."""
 
 PAPER_ALPHA = 0.03
@@ -185,13 +198,20 @@ class FlakeTexture(Settings):
 class Flakes(Settings):
     """Fire-flakes (sparks): they spawn at flame edges and follow the field (section III-C)."""
 
-    fire_class: Annotated[Literal["auto", FireClass], OFF] = Field(default="auto", alias="class")
-    """The kind of fire, which decides ``rate``, ``sparks``, ``size``, ``colors``, ``sprite``
-    and ``composite.palette`` wherever these are ``auto``. ``none`` and ``gas`` shed no flakes, a
-    ``candle`` next to none; ``campfire``, ``torch``, ``wall`` and ``explosion`` shed embers.
-    ``flat`` and ``pixel`` art have few flakes, hard ones in colours of the clip; coloured ``art``
-    has flakes of its own colours, and a ``grey`` sheet that is meant to be tinted grey ones.
-    ``auto``: by the clip's colours, shape and motion; the build says which, and why."""
+    fire_class: Annotated[Literal["auto", FireClass], OFF, BeforeValidator(_what_burns)] = Field(
+        default="auto", alias="class"
+    )
+    """What burns, which decides ``rate`` and ``sparks`` wherever these are ``auto``. ``none`` and
+    ``gas`` shed no flakes, a ``candle`` next to none; ``campfire``, ``torch``, ``wall`` and
+    ``explosion`` shed embers. ``auto``: by the clip's colours, shape and motion; the build says
+    which, and why."""
+    style: Literal["auto", FlakeStyle] = "auto"
+    """How flakes look, which decides ``size``, ``colors``, ``sprite`` and ``composite.palette``
+    wherever these are ``auto``, and how many suit it. ``film``: soft embers that glow as real ones
+    do. ``anime``: soft ones in the flame's own colours. ``cartoon``: a few large dots with smooth
+    edges, in the flat colours of the clip. ``pixel``: a few hard squares in these colours.
+    ``grey``: soft greys that are meant to be tinted. ``auto``: by the colours and the edges of the
+    clip; the build says which, and why."""
     bake: bool = True
     """Draw the flakes into the frames. ``false``: write only their tracks."""
     alpha: AutoOrNumber = "auto"
@@ -204,9 +224,9 @@ class Flakes(Settings):
     """Spawn rate, flakes per second, the sparks of ``bursts`` included. Several fires in a frame
     share it by their areas. If you set ``alpha``, it is scaled by the area of the edges above it,
     relative to the automatic α (with ``features.preset: paper`` to 0.03): half the area, half the
-    flakes. ``auto``: by ``class`` and the area in which the fire moves, about 1 for a candle, 30
-    for a campfire and 90 for a wall of fire; fewer if the frame is too small to show flakes of
-    ``size``."""
+    flakes. ``auto``: by ``class``, ``style`` and the area in which the fire moves, about 1 for a
+    candle, 30 for a campfire and 90 for a wall of fire; fewer if the frame is too small to show
+    flakes of ``size``."""
     bursts: Annotated[
         Auto | Annotated[float, Field(ge=0, le=100), NUMBER], either("`auto` or a number")
     ] = "auto"
@@ -240,7 +260,7 @@ class Flakes(Settings):
     ] = "auto"
     """[min, max] width of a flake, heights; sizes between them are log-normal. A soft flake thinner
     than a pixel is dimmer, not wider. ``auto``: [0.0026, 0.017], and large dots for flat art and
-    pixel art (``class``); with a ``texture`` [0.02, 0.08], which shows what is painted."""
+    pixel art (``style``); with a ``texture`` [0.02, 0.08], which shows what is painted."""
     rounds: Annotated[
         Auto | Annotated[int, Field(ge=1, le=MAX_ROUNDS), NUMBER],
         either("`auto` or a number of rounds"),
@@ -266,7 +286,7 @@ class Flakes(Settings):
         either("`auto` or a list of colours"),
     ] = "auto"
     """``auto``: the one colour of glowing embers, which film shows as dark red where they are dim,
-    and as orange, yellow and nearly white the brighter they are; by ``class`` also the flame's own
+    and as orange, yellow and nearly white the brighter they are; by ``style`` also the flame's own
     colours, or greys. Or colours from slow to fast flakes, sRGB hex (Figure 9); that is the default
     of ``features.preset: paper``."""
     intensity: float = Field(default=1.0, ge=0, le=1000)
@@ -279,7 +299,7 @@ class Flakes(Settings):
     the faint halo of a lens. Not in the tracks."""
     sprite: Literal["auto", "soft", "pixel"] = "auto"
     """``soft``: round sprites. ``pixel``: hard squares of whole pixels, for pixel art; if that is
-    enlarged by a whole number, of whole pixels of the art. ``auto``: by ``class``."""
+    enlarged by a whole number, of whole pixels of the art. ``auto``: by ``style``."""
     texture: Annotated[
         Off
         | Annotated[str, Field(min_length=1, pattern=r"^[^\x00]+$"), WORD]
@@ -419,7 +439,7 @@ class Composite(Settings):
     palette: Annotated[Literal["auto", "none", "clip"], OFF] = "auto"
     """``clip``: flakes are opaque, each in the nearest colour that occurs in the clip; soft ones
     are dots with smooth edges, hard ones whole pixels. ``auto``: so for flat art and pixel art
-    (``flakes.class``), else ``none``."""
+    (``flakes.style``), else ``none``."""
 
     @property
     def listed_ramps(self) -> tuple[FlameRamp, ...]:

@@ -278,12 +278,17 @@ def _idle_keys_of_flakes(recipe: Recipe, flakes: Flakes) -> Iterator[Problem]:
         yield Problem(
             ("flakes", "bursts"), "throw sparks, of which flakes.sparks: 0 leaves none; remove one"
         )
-    if recipe.features.preset == "paper" and flakes.fire_class != "auto":
-        yield Problem(
-            ("flakes", "class"),
-            "is unknown to features.preset: paper; remove it, and state what it would decide: "
-            "rate, size, colors, sprite",
-        )
+    if recipe.features.preset == "paper":
+        for key, value, decides in (
+            ("class", flakes.fire_class, "rate, sparks"),
+            ("style", flakes.style, "size, colors, sprite"),
+        ):
+            if value != "auto":
+                yield Problem(
+                    ("flakes", key),
+                    f"is unknown to features.preset: paper; remove it, and state what it would "
+                    f"decide: {decides}",
+                )
     if flakes.sprite == "pixel":
         for key in ("glow", "stretch"):
             if _differs(recipe, "flakes", key):

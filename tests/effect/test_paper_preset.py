@@ -75,7 +75,7 @@ STATED: dict[str, list[Any]] = {
     "buoyancy": [{"motion": "flow"}, {"cell": 9}, {"coupling": 9}, {"feature_force": 9},
                  {"lift": 1}, {"gravity": 1}, {"drag": 2}, {"viscosity": 0.1}, {"turbulence": 0.5},
                  {"projection": True}],
-    "flakes": [{"class": "none"}, {"class": "pixel"}, {"alpha": 9}, {"alpha": "auto"},
+    "flakes": [{"class": "none"}, {"style": "pixel"}, {"alpha": 9}, {"alpha": "auto"},
                {"bursts": 5}, {"sparks": 0.5}, {"life": [2, 3]}, {"size": [0.02, 0.03]},
                {"stretch": 0}, {"scatter": 1}, {"own_motion": 1}, {"lag": 0.2},
                {"colors": ["#00ff00"]}, {"intensity": 2}, {"edge": "fade"}, {"glow": 1},

@@ -407,7 +407,7 @@ def test_dropped_frames_of_fire_are_met(
         (tmp_path / "half" / frame.name).write_bytes(frame.read_bytes())
     out = build(
         tmp_path, source={"path": "half", "fps": 12, "matte": "alpha"}, maps={"motion": engine},
-        atlas={**GRID, "trim": "none"}, flakes="none", motion_blur="none",
+        atlas={**GRID, "trim": "none", "cover": "full"}, flakes="none", motion_blur="none",
         timeline={"loop": "none"},
     )  # fmt: skip
     book, error = (

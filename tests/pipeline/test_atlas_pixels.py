@@ -80,7 +80,9 @@ def test_every_encoding_reaches_the_page_unchanged(
     repo: Repo, rendered: dict[int, Pixels], alpha: Alpha, blend_space: BlendSpace
 ) -> None:
     repo.clip(count=3)
-    repo.built(repo.recipe(atlas={"alpha": alpha, "blend_space": blend_space}))
+    atlas: dict[str, str] = {"alpha": alpha, "blend_space": blend_space}
+    atlas |= {"cover": "full"} if alpha == "premultiplied" else {}
+    repo.built(repo.recipe(atlas=atlas))
     assert_pages_hold(repo, rendered, alpha, blend_space)
 
 

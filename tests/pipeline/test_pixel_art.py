@@ -28,7 +28,7 @@ def test_sparks_on_enlarged_pixel_art_are_whole_pixels_of_it(
     atlas = {"trim": "none", "layout": "grid", "padding": 0}
     ran = repo.run("build", repo.recipe(source=source, flakes={"rate": 30}, atlas=atlas))
     assert f"32 x 48 px, each enlarged to {side}" in ran.err or crop, ran.err
-    assert "class: pixel" in ran.err
+    assert "style: pixel" in ran.err
     left, top = crop[:2] if crop else (0, 0)
     ((page, image),) = pages(repo.build, "fire")
     sparks = 0

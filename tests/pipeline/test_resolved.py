@@ -18,7 +18,7 @@ VARIATIONS: dict[str, tuple[str, ...]] = {
     "motion vectors": ("atlas.layout=grid", "maps.motion=unity"),
     "layers": ("flakes={}", "maps.flame=true", "maps.flakes=true"),
     "without flakes": ("flakes=none", "motion_blur=none", "tracks=[]"),
-    "paper": ("features.preset=paper", "buoyancy.drag=2", "flakes.class=auto"),
+    "paper": ("features.preset=paper", "buoyancy.drag=2", "flakes.class=auto", "flakes.style=auto"),
     "engines": ("exports=[godot, {unity: {flakes: false}}, json]", "tracks=[json, light]"),
     "sizes": ("atlas.scales=[1, 0.5]", "atlas.pivot=[0.5, 1]", "timeline.fps=12"),
 }

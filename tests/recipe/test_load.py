@@ -47,7 +47,7 @@ def test_the_resolved_recipe_has_every_key_in_model_order(write: Write) -> None:
     loaded = load_tree(read_tree(write(SOURCE)))
     values = yaml.safe_load(resolved_yaml(loaded))
     assert list(values) == list(type(loaded.recipe).model_fields)
-    assert list(values["flakes"])[:3] == ["class", "bake", "alpha"]
+    assert list(values["flakes"])[:3] == ["class", "style", "bake"]
     assert values["features"]["sigma"] == [1.0, 1.6]
 
 

@@ -61,7 +61,18 @@ def advice(path: Path, *overrides: str) -> list[str]:
             "features: {preset: paper}\nflakes: {class: candle}",
             "3: flakes.class",
             "is unknown to features.preset: paper; remove it, and state what it would decide: "
-            "rate, size, colors, sprite",
+            "rate, sparks",
+        ),
+        (
+            "features: {preset: paper}\nflakes: {style: cartoon}",
+            "3: flakes.style",
+            "is unknown to features.preset: paper; remove it, and state what it would decide: "
+            "size, colors, sprite",
+        ),
+        (
+            "flakes: {class: flat}",
+            "2: flakes.class",
+            "says what burns, and flat how it looks: write `style: cartoon`, and leave class out",
         ),
         (
             "features: {preset: paper}\nflakes: {lag: 0.2}",

@@ -328,6 +328,39 @@ def blue_soul_fire() -> Clip:
     return _clip(lambda t: _coloured(_rising(canvas, t, noise, (0.5, 0.85), 1.2), BLUE), "alpha")
 
 
+def glossy_flame() -> Clip:
+    """A flame as of an icon: soft shades, opaque up to a crisp outline; it sways."""
+    side, fine = 128, 3
+    canvas = _Canvas.of(fine * side, fine * side)
+
+    def paint(t: float) -> Pixels:
+        up = (canvas.y - 0.1) / (0.75 + 0.03 * np.sin(2 * np.pi * 1.5 * t))
+        sway = 0.06 * np.sin(2 * np.pi * (1.5 * t - 0.6 * up)) * np.clip(up, 0, 1)
+        wide = 0.5 * np.clip(up, 0, 1) ** 0.4 * np.clip(1 - up, 0, 1) ** 0.7
+        inside = (up > 0) & (up < 1) & (np.abs(canvas.x + sway) < wide)
+        shade = np.clip(0.55 + 0.4 * (1 - up) - 0.8 * np.abs(canvas.x + sway), 0.5, 0.95)
+        colour = srgb_to_linear(_coloured(shade, FIRE)[..., :3])
+        shown = np.dstack([srgb_to_linear(np.clip(colour, 0, 1) ** 0.5), np.ones_like(up)])
+        shown[~inside] = 0
+        small = cv2.resize(shown.astype(np.float32), (side, side), interpolation=cv2.INTER_AREA)
+        return np.asarray(small, np.float32)
+
+    return _clip(paint, "alpha", loop=True)
+
+
+def thin_ring() -> Clip:
+    """A ring of low flames seen from above, which reaches all edges of the frame."""
+    canvas, noise = _Canvas.of(), _Noise(23)
+
+    def paint(t: float) -> Pixels:
+        x, y = canvas.x, canvas.y - 0.5
+        ragged = noise.at(x + 0.05 * t, y - 0.3 * t, 0.5) - 0.5
+        heat = np.exp(-(((np.hypot(x, y) - 0.46) / 0.022) ** 2)) * (1 + 0.9 * ragged)
+        return _coloured(np.clip(heat, 0, 1), FIRE)
+
+    return _clip(paint, "alpha")
+
+
 KINDS: dict[str, Callable[[], Clip]] = {
     "gas ring": gas_ring,
     "candle in a bright room": candle_in_a_bright_room,
@@ -341,4 +374,6 @@ KINDS: dict[str, Callable[[], Clip]] = {
     "sparkler": sparkler,
     "smoke without fire": smoke_without_fire,
     "blue soul fire": blue_soul_fire,
+    "glossy flame": glossy_flame,
+    "thin ring": thin_ring,
 }

@@ -10,37 +10,20 @@ Over black nothing changes.
 
 import numpy as np
 
-from fire_atlas.core.easing import smooth_step
 from fire_atlas.core.picture import Picture, as_light, where_covered
-from fire_atlas.core.pixels import Plane, as_plane, encode_unit, unpremultiply
+from fire_atlas.core.pixels import Plane, as_plane
 from fire_atlas.effect.composition.smoke import Smoke
-
-_BLACK = np.float32(0.1)
-"""Brightest channel, as shown, up to which a colour is black: its hue is noise."""
-
-_GREY, _COLOURED = 0.25, 0.75
-"""Saturation up to which what hides is smoke, and from which it is flame."""
 
 _MIN_CLEAR = np.float32(1e-6)
 """Minimum share of what is behind, not hidden, that is divided by."""
 
 
 def hidden_by_smoke(flame: Picture, blend_space: str) -> Plane:
-    """Return what smoke hides, (H, W) 0..1, in a picture (H, W, 4) whose coverage is its own.
-
-    Smoke is what hides and is dull; a thin flame whose dim red hides more than it shines is light.
-    """
+    """Return what smoke hides, (H, W) 0..1, in a picture (H, W, 4) whose coverage is its own."""
     hidden, covered = np.zeros(flame.shape[:2], np.float32), where_covered(flame)
-    if not flame[covered].size:
-        return hidden
-    pixels = as_light(np.ascontiguousarray(flame[covered]))
-    colour = (
-        unpremultiply(pixels) if blend_space == "linear" else encode_unit(unpremultiply(pixels))
-    )
-    brightest, least = colour.max(axis=2), colour.min(axis=2)
-    saturation = (brightest - least) / np.maximum(brightest, _BLACK)
-    is_dull = 1 - smooth_step((saturation - _GREY) / (_COLOURED - _GREY))
-    hidden[covered] = Smoke.of(pixels, blend_space).coverage * is_dull
+    if flame[covered].size:
+        pixels = as_light(np.ascontiguousarray(flame[covered]))
+        hidden[covered] = Smoke.of(pixels, blend_space).coverage
     return hidden
 
 

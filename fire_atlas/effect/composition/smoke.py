@@ -22,6 +22,12 @@ from which nothing is: white is heat."""
 
 Cover = Literal["full", "thin", "none"]
 
+_BLACK = np.float32(0.1)
+"""Brightest channel, as the client shows it, up to which a colour is black: its hue is noise."""
+
+_PALE, _VIVID = 0.25, 0.75
+"""Saturation up to which what hides is smoke, and from which it is flame."""
+
 _MIN_COVERAGE = np.float32(1e-6)
 """Minimum coverage that light is divided by."""
 
@@ -48,16 +54,19 @@ class Smoke:
     def of(cls, pixels: Pixels, blend_space: str) -> "Smoke":
         """Return the smoke in a picture (H, W, 4) whose coverage is its own.
 
-        What of a colour is grey and dull is smoke, and so is coverage that no light needs.
+        What of a colour is grey and dull is smoke, and so is coverage that no light needs, but for
+        vivid colours: a thin flame whose dim red hides more than it shines is a flame.
         """
         coverage = np.clip(pixels[..., 3], 0, 1)
         colour = _shown(pixels, blend_space) / np.maximum(coverage, _MIN_COVERAGE)[..., None]
         brightest, greyest = colour.max(axis=2), colour.min(axis=2)
+        saturation = (brightest - greyest) / np.maximum(brightest, _BLACK)
+        dull = 1 - smooth_step((saturation - _PALE) / (_VIVID - _PALE))
         grey = greyest * (1 - smooth_step((brightest - _DULL) / (_BRIGHT - _DULL)))
         fire = coverage * (brightest - grey) / (1 - grey)
         smoke = (coverage - fire) / np.maximum(1 - fire, _MIN_COVERAGE)
         # What hides all behind it does so also where it is as bright as a page can be.
-        smoke = np.where(coverage >= 1, 1, np.clip(smoke, 0, 1)) * (coverage > 0)
+        smoke = np.where(coverage >= 1, 1, np.clip(smoke, 0, 1) * dull) * (coverage > 0)
         return cls(as_plane(smoke * grey), as_plane(smoke))
 
     def pixels(self, blend_space: str) -> Pixels:
@@ -77,24 +86,24 @@ class Smoke:
         shown, whole = _shown(pixels, blend_space), np.clip(pixels[..., 3], 0, 1)
         room = np.maximum(1 - self.coverage, _MIN_COVERAGE)
         coverage = np.where(self.coverage < whole, 1 - np.minimum((1 - whole) / room, 1), 0)
-        brightest = shown.max(axis=2)
-        if cover == "thin":
-            # F = brightest − (1 − F²) grey.
-            above = np.maximum(brightest - self.grey, 0)
-            needed = 2 * above / (1 + np.sqrt(np.maximum(1 - 4 * self.grey * above, 0)))
-            coverage = np.where(self.grey > 0, needed, coverage)
-            light = np.maximum(shown - ((1 - needed * needed) * self.grey)[..., None], 0)
-            return _as_pixels(light, np.maximum(coverage, light.max(axis=2)), blend_space)
-        kept = np.ones_like(coverage) if cover == "none" else 1 - coverage
-        # Where both hide all that is behind, the fire covers what its light needs.
-        hides = (self.coverage >= 1) & np.bool_(cover == "full")
-        needed = np.clip((brightest - self.grey) / np.maximum(1 - self.grey, _MIN_COVERAGE), 0, 1)
-        kept = np.where(hides, 1 - needed, kept)
-        light = np.maximum(shown - (kept * self.grey)[..., None], 0)
-        coverage = np.where(hides, needed, coverage)
+        if cover != "none":
+            # Where both hide all that is behind, the fire covers what its light needs.
+            needed = self._needed(shown.max(axis=2), cover)
+            coverage = np.where(self.coverage >= 1, needed, coverage)
+        hides = {"full": coverage, "thin": coverage * coverage, "none": 0 * coverage}[cover]
+        light = np.maximum(shown - ((1 - hides) * self.grey)[..., None], 0)
         return _as_pixels(
             light, np.maximum(coverage, np.minimum(light.max(axis=2), 1)), blend_space
         )
+
+    def _needed(self, brightest: Plane, cover: Cover) -> Plane:
+        """Return the coverage F (H, W) of a fire whose light, brightest − (1 − F) grey, or of thin
+        cover brightest − (1 − F²) grey, is as bright as that."""
+        above = np.maximum(brightest - self.grey, 0)
+        if cover == "thin":
+            root = np.sqrt(np.maximum(1 - 4 * self.grey * above, 0))
+            return as_plane(np.minimum(2 * above / (1 + root), 1))
+        return as_plane(np.minimum(above / np.maximum(1 - self.grey, _MIN_COVERAGE), 1))
 
 
 def _shown(pixels: Pixels, blend_space: str) -> NDArray[np.float32]:

@@ -10,19 +10,12 @@ from fire_atlas.core.clip import Clip
 from fire_atlas.effect.flame.colour import FlameColours
 from fire_atlas.effect.flame.direction import UP
 from fire_atlas.effect.flame.study import FlameStudy
-from fire_atlas.recipe.effect import FireClass
+from fire_atlas.recipe.effect import FireClass, FlakeStyle
 
 _NO_FLAME = 0.0004
 """Area, heights², below which what was found is no flame."""
 
-_FEW_COLOURS, _FLAT_COLOURS, _PIXEL_COLOURS = 0.82, 400, 64
-"""Minimum share of a frame's most frequent colours in flat art, and maximum number of all colours
-in flat art and in pixel art."""
-
-_PIXEL_SIDE, _PIXEL_SOFT = 128, 0.05
-"""Maximum side of pixel art, px, and maximum share of its pixels that are half transparent."""
-
-_GREY, _WHITE = 0.06, 0.85
+GREY, GREY_FIRE = 0.06, 0.85
 """Maximum chroma of grey, and minimum peak of grey fire: smoke is duller."""
 
 _DULL_CHROMA, _DULL_PEAK = 0.25, 0.6
@@ -32,8 +25,11 @@ _GAS_HUES, _STEADY = (180.0, 275.0), 0.12
 """Hues of burning gas, degrees, and the maximum speed of its flame, heights/s."""
 
 _FULL, _STILL = 0.9, 0.08
-"""Minimum part of the frame's width and height that lava fills, and the maximum velocity upwards of
-its surface, heights/s."""
+"""Minimum part of the frame, of its width and of its height that lava fills, and the maximum
+velocity upwards of its surface, heights/s."""
+
+_CLEAR = 8
+"""Coverage, 0..255, up to which a pixel counts as transparent."""
 
 _SCATTERED, _FAST = 0.2, 0.45
 """Maximum of mean velocity / mean speed where parts fly apart in all directions, and the minimum
@@ -82,6 +78,8 @@ class FlameMeasures:
             bright as at its peak; else None.
         moves: Where the flame moves, in words.
         art_side: Side of a pixel of the art, px.
+        matte: Where the coverage comes from, as in ``Clip.matte``.
+        covered: Share of the frame that is not transparent, 0..1.
     """
 
     colours: FlameColours
@@ -98,6 +96,8 @@ class FlameMeasures:
     flash: float | None
     moves: str
     art_side: int
+    matte: str
+    covered: float
 
     @classmethod
     def of(cls, clip: Clip, study: FlameStudy) -> Self:
@@ -126,41 +126,31 @@ class FlameMeasures:
             flash=flash if study.dies_out and not clip.loop else None,
             moves=_motion(study.buoyancy),
             art_side=study.art.side,
+            matte=clip.matte,
+            covered=float(np.mean([(frame.colours[..., 3] > _CLEAR).mean() for frame in frames])),
         )
 
 
-def classify_fire(measures: FlameMeasures) -> Classified:
-    """Return the class of a fire: the first that fits, from those that are easiest to tell."""
-    return next(_fitting(measures))
+def classify_fire(measures: FlameMeasures, style: FlakeStyle) -> Classified:
+    """Return the class of a fire in a style: the first that fits, from those that are easiest to
+    tell."""
+    is_drawn = style in ("cartoon", "pixel")
+    return next(_fitting(measures, is_drawn))
 
 
-def _fitting(flame: FlameMeasures) -> Iterator[Classified]:
-    """Yield the classes that fit, with reasons, in order; the last fits any fire."""
-    colours, hue = flame.colours, _hue_name(flame.colours.hue)
+def _fitting(flame: FlameMeasures, is_drawn: bool) -> Iterator[Classified]:
+    """Yield the classes that fit, with reasons, in order; the last fits any fire.
+
+    What ``is_drawn`` in few colours moves as drawings do: that tells nothing.
+    """
+    hue = hue_name(flame.colours.hue)
     if flame.area < _NO_FLAME:
         yield Classified("none", "nothing in it is warm, bright and moves as flame does")
-    yield from _drawn(flame)
-    if colours.chroma < _GREY:
-        if colours.peak >= _WHITE:
-            yield Classified("grey", "fire without colour, to be tinted")
-        yield Classified("none", "grey smoke without flame")
-    if colours.chroma < _DULL_CHROMA and colours.peak < _DULL_PEAK:
-        yield Classified("none", "dull smoke without flame")
-    if colours.warmth < 0.5:
-        is_steady = flame.speed is not None and flame.speed < _STEADY
-        if is_steady and _GAS_HUES[0] <= colours.hue <= _GAS_HUES[1]:
-            yield Classified("gas", f"{hue} flame that is steady, {flame.speed:.2f} heights/s")
-        yield Classified("art", f"{hue} flame, no colour of real fire")
-    if min(flame.box_width, flame.box_height) >= _FULL and flame.rise < _STILL:
-        yield Classified("none", f"{hue} surface that fills the frame and does not rise: lava")
-    if flame.flash is not None and flame.flash <= _FLASH:
-        yield Classified("explosion", f"{hue} flash of {flame.flash:.1f} s that plays once")
-    if flame.speed is not None and flame.speed > _FAST and flame.coherence < _SCATTERED:
-        yield Classified("none", f"{hue} sparks that fly in all directions, enough of its own")
     shape = f"{hue} flame {flame.moves}, area {flame.moving_area:.2f} heights²"
-    is_calm = flame.speed is not None and flame.rise < _CALM
-    if is_calm and flame.moving_area < _SMALL:
-        yield Classified("candle", f"small, calm {shape}")
+    if not is_drawn:
+        yield from _told_by_light(flame, hue)
+        if flame.speed is not None and flame.rise < _CALM and flame.moving_area < _SMALL:
+            yield Classified("candle", f"small, calm {shape}")
     if flame.tallness >= _NARROW:
         yield Classified("torch", f"narrow {shape}")
     if flame.tallness <= _WIDE and flame.box_width >= _WALL_WIDTH:
@@ -168,21 +158,28 @@ def _fitting(flame: FlameMeasures) -> Iterator[Classified]:
     yield Classified("campfire", shape)
 
 
-def _drawn(flame: FlameMeasures) -> Iterator[Classified]:
-    """Yield the class of a drawing in few colours, if the flame is one."""
+def _told_by_light(flame: FlameMeasures, hue: str) -> Iterator[Classified]:
+    """Yield the classes that fit by colours and motion as of light."""
     colours = flame.colours
-    if colours.few < _FEW_COLOURS or colours.count > _FLAT_COLOURS:
-        return
-    drawn = f"{_hue_name(colours.hue)} flame in {colours.count:.0f} colours"
-    width, height = flame.width // flame.art_side, flame.height // flame.art_side
-    is_small = max(width, height) <= _PIXEL_SIDE and colours.soft < _PIXEL_SOFT
-    if is_small and colours.count <= _PIXEL_COLOURS:
-        enlarged = f", each enlarged to {flame.art_side}" if flame.art_side > 1 else ""
-        yield Classified("pixel", f"{drawn}, with hard edges, {width} x {height} px{enlarged}")
-    yield Classified("flat", f"{drawn}, drawn in flat areas")
+    if colours.chroma < GREY and colours.peak < GREY_FIRE:
+        yield Classified("none", "grey smoke without flame")
+    if GREY <= colours.chroma < _DULL_CHROMA and colours.peak < _DULL_PEAK:
+        yield Classified("none", "dull smoke without flame")
+    is_steady = flame.speed is not None and flame.speed < _STEADY
+    is_blue = colours.warmth < 0.5 and _GAS_HUES[0] <= colours.hue <= _GAS_HUES[1]
+    if colours.chroma >= GREY and is_blue and is_steady:
+        yield Classified("gas", f"{hue} flame that is steady, {flame.speed:.2f} heights/s")
+    fills = min(flame.box_width, flame.box_height) >= _FULL and flame.covered >= _FULL
+    if fills and flame.rise < _STILL:
+        yield Classified("none", f"{hue} surface that fills the frame and does not rise: lava")
+    if flame.flash is not None and flame.flash <= _FLASH:
+        yield Classified("explosion", f"{hue} flash of {flame.flash:.1f} s that plays once")
+    if flame.speed is not None and flame.speed > _FAST and flame.coherence < _SCATTERED:
+        yield Classified("none", f"{hue} sparks that fly in all directions, enough of its own")
 
 
-def _hue_name(hue: float) -> str:
+def hue_name(hue: float) -> str:
+    """Return the name of a hue, degrees."""
     return next(name for end, name in _HUE_NAMES if hue < end)
 
 

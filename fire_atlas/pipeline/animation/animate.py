@@ -216,5 +216,5 @@ def _statistics(recipe: Recipe, clip: Clip, tracks: Tracks | None) -> dict[str, 
         }
         flakes = recipe.flakes
         if flakes != "none" and flakes.fire_class != "auto":
-            statistics["flakes"]["class"] = flakes.fire_class
+            statistics["flakes"] |= {"class": flakes.fire_class, "style": flakes.style}
     return statistics

@@ -6,12 +6,13 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from pydantic import ValidationError
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import Pixels, encode_bytes, hex_to_linear, unpremultiply
 from fire_atlas.core.progress import SilentProgress
 from fire_atlas.core.workers import Workers
-from fire_atlas.effect.flakes.defaults import DEFAULTS
+from fire_atlas.effect.flakes.defaults import CLASSES, STYLES
 from fire_atlas.effect.flame.study import study_flame
 from fire_atlas.pipeline.animation.classify import classify
 from fire_atlas.recipe.effect import Flakes
@@ -21,41 +22,44 @@ from tests.support.effect import context_of, recipe_of, run_effect
 from tests.support.fire_kinds import KINDS, streaming
 
 PAINTED = {
-    "gas ring": "gas",
-    "candle in a bright room": "candle",
-    "pixel torch": "pixel",
-    "pink comet": "art",
-    "grey puff": "grey",
-    "daylight bonfire": "campfire",
-    "flat vector fire": "flat",
-    "lava": "none",
-    "explosion": "explosion",
-    "sparkler": "none",
-    "smoke without fire": "none",
-    "blue soul fire": "art",
+    "gas ring": ("gas", "anime"),
+    "candle in a bright room": ("candle", "film"),
+    "pixel torch": ("campfire", "pixel"),
+    "pink comet": ("campfire", "anime"),
+    "grey puff": ("explosion", "grey"),
+    "daylight bonfire": ("campfire", "film"),
+    "flat vector fire": ("campfire", "cartoon"),
+    "lava": ("none", "film"),
+    "explosion": ("explosion", "film"),
+    "sparkler": ("none", "film"),
+    "smoke without fire": ("none", "film"),
+    "blue soul fire": ("campfire", "anime"),
+    "glossy flame": ("campfire", "anime"),
+    "thin ring": ("campfire", "film"),
 }
+"""Class and style of each."""
 
 SAMPLES = {
-    "campfire": "campfire",
-    "candle": "candle",
-    "torch": "torch",
-    "fireball": "campfire",
-    "explosion": "explosion",
-    "cartoon": "flat",
-    "pixel_art": "pixel",
+    "campfire": ("campfire", "film"),
+    "candle": ("candle", "film"),
+    "torch": ("torch", "film"),
+    "fireball": ("campfire", "film"),
+    "explosion": ("explosion", "film"),
+    "cartoon": ("campfire", "cartoon"),
+    "pixel_art": ("campfire", "pixel"),
 }
 
 REAL = {
-    "cartoon_fluent_fire": "campfire",
-    "cartoon_freedoom_fire": "pixel",
-    "cartoon_tauran_flame_sheet": "campfire",
-    "cartoon_wesnoth_campfire": "campfire",
-    "cartoon_wesnoth_fireball_impact": "explosion",
-    "real_candle_red": "candle",
-    "real_fireplace_gif": "campfire",
-    "real_firewall_stock": "wall",
-    "sim_unity_flame02": "campfire",
-    "sim_unity_flame03": "campfire",
+    "cartoon_fluent_fire": ("campfire", "anime"),
+    "cartoon_freedoom_fire": ("campfire", "pixel"),
+    "cartoon_tauran_flame_sheet": ("campfire", "film"),
+    "cartoon_wesnoth_campfire": ("campfire", "film"),
+    "cartoon_wesnoth_fireball_impact": ("explosion", "film"),
+    "real_candle_red": ("candle", "film"),
+    "real_fireplace_gif": ("campfire", "film"),
+    "real_firewall_stock": ("wall", "film"),
+    "sim_unity_flame02": ("campfire", "film"),
+    "sim_unity_flame03": ("campfire", "film"),
 }
 
 
@@ -85,16 +89,18 @@ def flakes_of(clip: Clip, keys: dict[str, Any] | None = None) -> Flakes:
     return flakes
 
 
-@pytest.mark.parametrize(("name", "fire_class"), PAINTED.items())
-def test_each_kind_of_fire_has_its_class(name: str, fire_class: str) -> None:
-    assert flakes_of(KINDS[name]()).fire_class == fire_class
+@pytest.mark.parametrize(("name", "kind"), PAINTED.items())
+def test_each_kind_of_fire_has_its_class_and_style(name: str, kind: tuple[str, str]) -> None:
+    flakes = flakes_of(KINDS[name]())
+    assert (flakes.fire_class, flakes.style) == kind
 
 
 @pytest.mark.parametrize(
-    ("name", "fire_class"), [*SAMPLES.items(), *(real(*each) for each in REAL.items())]
+    ("name", "kind"), [*SAMPLES.items(), *(real(*each) for each in REAL.items())]
 )
-def test_clips_have_their_class(name: str, fire_class: str) -> None:
-    assert flakes_of(open_clip(name)).fire_class == fire_class
+def test_clips_have_their_class_and_style(name: str, kind: tuple[str, str]) -> None:
+    flakes = flakes_of(open_clip(name))
+    assert (flakes.fire_class, flakes.style) == kind
 
 
 @pytest.mark.parametrize("name", ["gas ring", "lava", "smoke without fire", "sparkler"])
@@ -105,13 +111,22 @@ def test_nothing_is_shed_where_no_flakes_belong(name: str) -> None:
 
 
 def test_the_note_says_which_class_why_and_how_to_override_it() -> None:
-    note = "class: campfire (orange flame that rises, area 0.22 heights²); flakes.class overrides"
-    assert classified(open_clip("campfire"))[1] == [note]
+    burns = "class: campfire (orange flame that rises, area 0.22 heights²)"
+    looks = "style: film (shades and edges as of light)"
+    both = f"{burns}, {looks}; flakes.class and flakes.style override"
+    for stated, note in (
+        ({}, both),
+        ({"style": "film"}, f"{burns}; flakes.class overrides"),
+        ({"class": "campfire"}, f"{looks}; flakes.style overrides"),
+    ):
+        assert classified(open_clip("campfire"), {"flakes": stated})[1] == [note]
 
 
-def test_a_stated_class_is_neither_measured_nor_noted() -> None:
-    recipe, notes = classified(open_clip("campfire"), {"flakes": {"class": "candle"}})
-    assert recipe.flakes != "none" and recipe.flakes.fire_class == "candle"
+def test_what_is_stated_is_neither_measured_nor_noted() -> None:
+    stated = {"class": "candle", "style": "pixel"}
+    recipe, notes = classified(open_clip("campfire"), {"flakes": stated})
+    assert recipe.flakes != "none"
+    assert (recipe.flakes.fire_class, recipe.flakes.style) == ("candle", "pixel")
     assert notes == []
 
 
@@ -123,17 +138,50 @@ def test_what_the_recipe_states_wins() -> None:
     assert classified(KINDS["pixel torch"](), keys)[0].composite.palette == "none"
 
 
-def test_the_class_scales_the_rate() -> None:
+def rate_of(clip: Clip, keys: dict[str, str]) -> float:
+    rate = flakes_of(clip, {"flakes": keys}).rate
+    assert rate != "auto"
+    return rate
+
+
+def test_class_and_style_scale_the_rate() -> None:
     clip = open_clip("campfire")
-    rates = dict[str, float]()
-    for name in DEFAULTS:
-        rate = flakes_of(clip, {"flakes": {"class": name}}).rate
-        assert rate != "auto"
-        rates[name] = rate
-    assert rates["none"] == rates["gas"] == 0
-    assert 0 < rates["candle"] < 0.2 * rates["campfire"]
-    for name in ("flat", "pixel"):
-        assert rates[name] < rates["campfire"] / 2
+    burns = {name: rate_of(clip, {"class": name, "style": "film"}) for name in CLASSES}
+    assert burns["none"] == burns["gas"] == 0
+    assert 0 < burns["candle"] < 0.2 * burns["campfire"]
+    looks = {name: rate_of(clip, {"class": "campfire", "style": name}) for name in STYLES}
+    assert looks["film"] == burns["campfire"]
+    assert max(looks["cartoon"], looks["pixel"]) < looks["film"] / 2
+
+
+@pytest.mark.parametrize(
+    ("style", "sprite", "palette"),
+    [
+        ("film", "soft", "none"),
+        ("anime", "soft", "none"),
+        ("grey", "soft", "none"),
+        ("cartoon", "soft", "clip"),
+        ("pixel", "pixel", "clip"),
+    ],
+)
+def test_a_style_states_a_whole_look(style: str, sprite: str, palette: str) -> None:
+    recipe = classified(open_clip("campfire"), {"flakes": {"style": style}})[0]
+    assert recipe.flakes != "none"
+    assert (recipe.flakes.sprite, recipe.composite.palette) == (sprite, palette)
+    colours = recipe.flakes.colors
+    if style == "film":
+        assert colours == "auto"
+    else:
+        light = hex_to_linear(colours)
+        assert (np.ptp(light, axis=1).max() == 0) == (style == "grey")
+
+
+@pytest.mark.parametrize(
+    ("old", "new"), [("flat", "cartoon"), ("pixel", "pixel"), ("art", "anime"), ("grey", "grey")]
+)
+def test_a_class_that_says_how_fire_looks_is_refused_with_the_style(old: str, new: str) -> None:
+    with pytest.raises(ValidationError, match=f"`style: {new}`"):
+        recipe_of({"flakes": {"class": old}})
 
 
 def test_by_day_neither_sky_nor_bright_smoke_sheds_anything() -> None:
@@ -145,7 +193,8 @@ def test_by_day_neither_sky_nor_bright_smoke_sheds_anything() -> None:
 
 def test_the_paper_knows_no_classes() -> None:
     recipe, notes = classified(KINDS["pixel torch"](), {"features": {"preset": "paper"}})
-    assert recipe.flakes != "none" and recipe.flakes.fire_class == "auto" and notes == []
+    assert recipe.flakes != "none" and notes == []
+    assert recipe.flakes.fire_class == recipe.flakes.style == "auto"
 
 
 def test_pixel_art_gets_flakes_in_its_own_colours_alone() -> None:

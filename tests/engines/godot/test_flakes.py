@@ -315,8 +315,8 @@ def test_an_ember_alone_looks_as_in_our_frame(godot4: Godot4, tmp_path: Path) ->
 
 
 def covered(ember: Picture, behind: Picture) -> Picture:
-    """Blend as premultiplied alpha: an ember covers as much as it is bright."""
-    cover: Picture = ember.max(axis=2, keepdims=True)
+    """Blend as premultiplied alpha: an ember covers the square of what it is bright."""
+    cover: Picture = ember.max(axis=2, keepdims=True) ** 2
     return ember + behind * (1 - cover)
 
 

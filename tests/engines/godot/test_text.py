@@ -48,7 +48,9 @@ def test_the_scripts_are_sound(program: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("exports", "atlas", "bleed"),
     [
-        (["godot"], {}, 4),
+        (["godot"], {"alpha": "straight"}, 4),
+        (["godot"], {"bleed": 3}, 3),
+        (["godot"], {}, 0),
         (["json", "godot"], {"alpha": "straight"}, 4),
         (["godot"], {"bleed": 0}, 0),
         (["godot"], {"alpha": "premultiplied"}, 0),

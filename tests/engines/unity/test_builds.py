@@ -97,7 +97,7 @@ def test_a_marked_pixel_stands_where_the_pivot_says(atlas: dict[str, Any], tmp_p
 @pytest.mark.parametrize("atlas", [{}, {"max_size": 40}, {"layout": "grid", "padding": 4}])
 def test_rects_cut_out_the_frames(atlas: dict[str, Any], tmp_path: Path) -> None:
     draw_marked(tmp_path / "clip", 6)
-    made = build(tmp_path, atlas={"pivot": "bottom", **atlas})
+    made = build(tmp_path, atlas={"pivot": "bottom", "alpha": "straight", **atlas})
     for page in made.glob("*.png"):
         for name, sprite in sprites(made, page.name).items():
             with Image.open(tmp_path / f"clip/{name.removeprefix('fire_')[1:]}.png") as image:
@@ -193,7 +193,7 @@ def test_a_material_that_a_person_changed_stays_with_its_meta(tmp_path: Path) ->
     made = build(tmp_path, atlas={"alpha": "premultiplied"})
     kept, gone = made / "fire.mat", made / "fire.shader"
     kept.write_text(kept.read_text().replace("r: 1", "r: 0.5"))
-    build(tmp_path)
+    build(tmp_path, atlas={"alpha": "straight"})
     assert kept.exists() and Path(f"{kept}.meta").exists()
     assert not gone.exists() and not Path(f"{gone}.meta").exists()
 

@@ -540,6 +540,10 @@ PROMISES = (
         "``explosion`` shed embers",
         BIRTHS, "candle", "campfire",
     ),
+    Promise(
+        "flakes.style", "a few large dots with smooth edges", WIDTH, "film", "cartoon",
+        needs={"flakes": {"class": "campfire"}},
+    ),
     Promise("flakes.bake", "Draw the flakes into the frames", LIGHT, False, True),
     Promise(
         "flakes.alpha", "Lower values give more flakes", BIRTHS, 20.0, 100.0, rises=False,
