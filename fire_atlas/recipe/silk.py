@@ -280,8 +280,8 @@ class SilkSource(Settings):
     grading: Literal["fuel", "blackbody"] = "fuel"
     """Colours of the ``fuel``, or of a ``blackbody``, hotter where sheets move faster (eq. 16)."""
     intensity: float = Field(default=1.0, gt=0, le=100)
-    """Brightness of the flame. Fire of wood is yellow from about 3 on, and burns out to white in
-    its middle from about 30 on."""
+    """Brightness of the flame. The densest fire of wood is pale yellow at 1, and burns out to white
+    in its middle from about 2 on."""
     glow: float = Field(default=0.0, ge=0, le=1)
     """Part of the flame's light that air and lens scatter: a soft glow around it, also in front of
     objects, which fades towards the frame's edges."""

@@ -487,10 +487,10 @@ PROMISES_OF_SILK = (
     _of_silk("source.intensity", "Brightness of the flame", LIGHT, 0.5, 2.0),
     _of_silk(
         "source.intensity",
-        "burns out to white in its middle from about 30 on",
+        "in its middle from about 2 on",
         BURNT_OUT,
-        3.0,
-        50.0,
+        0.5,
+        4.0,
     ),
     _of_silk("source.glow", "a soft glow around it", HALO, 0.0, 0.05),
     _of_silk("wind.level", "Strength of a steady wind", LEAN, 0.0, 3.0),
