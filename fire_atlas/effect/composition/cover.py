@@ -10,9 +10,12 @@ Over black nothing changes.
 
 import numpy as np
 
-from fire_atlas.core.picture import Picture, as_light, where_covered
+from fire_atlas.core.picture import Picture, as_light, brightest_shown, where_covered
 from fire_atlas.core.pixels import Plane, as_plane
 from fire_atlas.effect.composition.smoke import Smoke
+
+_ROUNDING = np.float32(1.5 / 255)
+"""Difference of coverage and light that is that of their bytes."""
 
 _MIN_CLEAR = np.float32(1e-6)
 """Minimum share of what is behind, not hidden, that is divided by."""
@@ -24,6 +27,18 @@ def hidden_by_smoke(flame: Picture, blend_space: str) -> Plane:
     if flame[covered].size:
         pixels = as_light(np.ascontiguousarray(flame[covered]))
         hidden[covered] = Smoke.of(pixels, blend_space).coverage
+    return hidden
+
+
+def hidden_by_coverage(flame: Picture) -> Plane:
+    """Return what a picture (H, W, 4) hides that covers more than its light needs, (H, W) 0..1: of
+    fire on black, the things in it."""
+    hidden, covered = np.zeros(flame.shape[:2], np.float32), where_covered(flame)
+    if flame[covered].size:
+        pixels = as_light(np.ascontiguousarray(flame[covered]))
+        needed, coverage = np.minimum(brightest_shown(pixels), 1), np.clip(pixels[..., 3], 0, 1)
+        more = (coverage - needed) / np.maximum(1 - needed, _MIN_CLEAR)
+        hidden[covered] = np.where(coverage - needed > _ROUNDING, np.clip(more, 0, 1), 0)
     return hidden
 
 

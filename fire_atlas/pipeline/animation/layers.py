@@ -16,7 +16,7 @@ from fire_atlas.core.picture import Picture, as_light
 from fire_atlas.core.pixels import LIGHT_STEPS, Pixels, Plane, as_plane, as_steps, expose
 from fire_atlas.effect.composition.blur import blur_along
 from fire_atlas.effect.composition.composite import VISIBLE_LIGHT, compose, emitted
-from fire_atlas.effect.composition.cover import hidden_by_smoke, thin_cover
+from fire_atlas.effect.composition.cover import hidden_by_coverage, hidden_by_smoke, thin_cover
 from fire_atlas.effect.composition.smoke import Cover, Smoke
 from fire_atlas.effect.flakes.drawing import add_glow, draw_frame
 from fire_atlas.effect.flakes.layer import FlakeLight
@@ -140,6 +140,8 @@ def _hidden(i: int, flame: Picture, simulated: SimulatedClip, recipe: Recipe) ->
         return as_plane(clip.solids(i)[..., 3])
     if clip.matte == "alpha" and not recipe.maps.smoke:
         return hidden_by_smoke(flame, atlas.blend_space)
+    if clip.matte == "luminance" and clip.flow is None:
+        return hidden_by_coverage(flame)
     return np.zeros(flame.shape[:2], np.float32)
 
 

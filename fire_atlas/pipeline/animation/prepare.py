@@ -7,6 +7,7 @@ from fire_atlas.core.context import BuildContext
 from fire_atlas.core.workload import check_workload
 from fire_atlas.effect.field.buoyancy import lift_direction
 from fire_atlas.effect.flame.direction import UP
+from fire_atlas.effect.flame.room import without_room
 from fire_atlas.effect.flame.study import FlameStudy, study_flame
 from fire_atlas.pipeline.animation.classify import has_undecided_flakes, may_have_squares
 from fire_atlas.recipe.models import Recipe
@@ -27,6 +28,9 @@ def prepare(
     check_length(recipe.timeline.frames or 0, size, context.max_pixels)
     shows_art = isinstance(recipe.source, FramesSource) and may_have_squares(recipe)
     art = find_pixel_grid(clip) if shows_art else NOT_ENLARGED
+    source = recipe.source
+    if isinstance(source, FramesSource) and source.black == "auto" and clip.matte == "luminance":
+        clip = without_room(clip, context.workers, context.progress.note)
     clip = _arranged(clip, recipe, context)
     check_length(clip.count, size, context.max_pixels)
     direction = lift_direction(recipe.buoyancy)
