@@ -112,7 +112,8 @@ class ClipInput(Settings):
     black: Black = "auto"
     """Level of the footage's black for ``matte: luminance``, 0-255. It is taken off, and what is
     above stretched, so that white stays white. ``auto``: found in the same few frames, for each
-    channel, with its noise; 0 if nothing dark is flat enough to be a background."""
+    channel, with its noise; 0 if nothing dark is flat enough to be a background. Of a dark room it
+    also takes off the veil of the wall, and what stands in it stays opaque."""
 
 
 class FramesSource(ClipInput):

@@ -1,4 +1,4 @@
-"""Recognise flat art: clips of a few colours, as pixel art and vector art have."""
+"""Recognise drawn art: of a few colours, as pixel art and vector art are, or with outlines."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,10 @@ _MAIN = 8
 _MIN_COVERED = 0.8
 """It is flat if they cover this fraction of what it shows."""
 
+_OPAQUE, _CRISP = 0.97, 0.12
+"""Coverage of an opaque pixel, and the maximum share of visible pixels with less in art that ends
+at an outline."""
+
 _VISIBLE = 0.02
 """Pixels of fainter coverage are not counted, nor, as sRGB, of fainter light."""
 
@@ -32,6 +36,17 @@ def is_flat_art(clip: Clip) -> bool:
     colours = np.concatenate([_colours(clip.read(i)) for i in numbers])
     counts = np.sort(np.unique(colours, return_counts=True)[1])[::-1]
     return len(counts) <= _FEW or bool(counts[:_MAIN].sum() >= _MIN_COVERED * len(colours))
+
+
+def ends_at_outlines(clip: Clip) -> bool:
+    """Return whether a clip with alpha of its own shows art in shades that end at an outline: few
+    of its pixels are half transparent, as where light fades out."""
+    if clip.matte != "alpha":
+        return False
+    numbers = evenly_spread(0, clip.count - 1, _FRAMES)
+    coverage = np.concatenate([clip.read(i)[..., 3].ravel() for i in numbers])
+    visible = coverage[coverage > _VISIBLE]
+    return visible.size > 0 and bool((visible < _OPAQUE).mean() <= _CRISP)
 
 
 def _colours(pixels: Pixels) -> NDArray[np.uint32]:

@@ -10,6 +10,7 @@ fire covers no more than its light needs: E ≤ F, as a page cannot be brighter 
 from dataclasses import dataclass
 from typing import Literal
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,8 +23,11 @@ from which nothing is: white is heat."""
 
 Cover = Literal["full", "thin", "none"]
 
-_BLACK = np.float32(0.1)
-"""Brightest channel, as the client shows it, up to which a colour is black: its hue is noise."""
+_AROUND = 0.015
+"""Distance up to which light around a pixel tells its hue, heights."""
+
+_BLACK = np.float32(0.2 / 255)
+"""Mean of the brightest channel around, as the client shows it, up to which there is no hue."""
 
 _PALE, _VIVID = 0.25, 0.75
 """Saturation up to which what hides is smoke, and from which it is flame."""
@@ -58,9 +62,14 @@ class Smoke:
         vivid colours: a thin flame whose dim red hides more than it shines is a flame.
         """
         coverage = np.clip(pixels[..., 3], 0, 1)
-        colour = _shown(pixels, blend_space) / np.maximum(coverage, _MIN_COVERAGE)[..., None]
+        shown = _shown(pixels, blend_space)
+        colour = shown / np.maximum(coverage, _MIN_COVERAGE)[..., None]
         brightest, greyest = colour.max(axis=2), colour.min(axis=2)
-        saturation = (brightest - greyest) / np.maximum(brightest, _BLACK)
+        # What is nearly black has the hue of what is around it.
+        side = 2 * max(1, round(_AROUND * len(pixels))) + 1
+        around = cv2.blur(shown, (side, side), borderType=cv2.BORDER_CONSTANT)
+        most, least = around.max(axis=2), around.min(axis=2)
+        saturation = (most - least) / np.maximum(most, _BLACK)
         dull = 1 - smooth_step((saturation - _PALE) / (_VIVID - _PALE))
         grey = greyest * (1 - smooth_step((brightest - _DULL) / (_BRIGHT - _DULL)))
         fire = coverage * (brightest - grey) / (1 - grey)

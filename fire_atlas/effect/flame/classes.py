@@ -11,6 +11,7 @@ from fire_atlas.effect.flame.colour import FlameColours
 from fire_atlas.effect.flame.direction import UP
 from fire_atlas.effect.flame.study import FlameStudy
 from fire_atlas.recipe.effect import FireClass, FlakeStyle
+from fire_atlas.vision.flat_art import ends_at_outlines
 
 _NO_FLAME = 0.0004
 """Area, heights², below which what was found is no flame."""
@@ -78,7 +79,7 @@ class FlameMeasures:
             bright as at its peak; else None.
         moves: Where the flame moves, in words.
         art_side: Side of a pixel of the art, px.
-        matte: Where the coverage comes from, as in ``Clip.matte``.
+        outlined: Whether its shades end at an outline, as in art.
         covered: Share of the frame that is not transparent, 0..1.
     """
 
@@ -96,7 +97,7 @@ class FlameMeasures:
     flash: float | None
     moves: str
     art_side: int
-    matte: str
+    outlined: bool
     covered: float
 
     @classmethod
@@ -126,7 +127,7 @@ class FlameMeasures:
             flash=flash if study.dies_out and not clip.loop else None,
             moves=_motion(study.buoyancy),
             art_side=study.art.side,
-            matte=clip.matte,
+            outlined=ends_at_outlines(clip),
             covered=float(np.mean([(frame.colours[..., 3] > _CLEAR).mean() for frame in frames])),
         )
 

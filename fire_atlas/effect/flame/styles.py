@@ -12,10 +12,6 @@ in flat art and in pixel art."""
 _PIXEL_SIDE, _PIXEL_SOFT = 128, 0.05
 """Maximum side of pixel art, px, and maximum share of its pixels that are half transparent."""
 
-_CRISP = 0.12
-"""Maximum share of half transparent pixels in a picture whose shades end at an outline: a flame of
-light fades out, and of a cut-out scene nothing is transparent."""
-
 
 class Styled(NamedTuple):
     """The style of a fire, and why, as a clause for the user."""
@@ -37,7 +33,7 @@ def style_of(flame: FlameMeasures) -> Styled:
         return Styled("cartoon", f"{drawn}, drawn in flat areas")
     if colours.chroma < GREY and colours.peak >= GREY_FIRE:
         return Styled("grey", "fire without colour, to be tinted")
-    if flame.matte == "alpha" and colours.soft <= _CRISP:
+    if flame.outlined:
         return Styled("anime", f"{hue} flame in soft shades that ends at an outline")
     if colours.chroma >= GREY and colours.warmth < 0.5:
         return Styled("anime", f"{hue} flame, no colour of real fire")

@@ -34,7 +34,7 @@ from fire_atlas.pipeline.animation.simulate import (
 )
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.source import FramesSource
-from fire_atlas.vision.flat_art import is_flat_art
+from fire_atlas.vision.flat_art import ends_at_outlines, is_flat_art
 
 if TYPE_CHECKING:
     from fire_atlas.pipeline.animation.flake_texture import PreparedTexture
@@ -150,7 +150,9 @@ def add_flakes(
         if tracks is not None:
             _note_flakes_left(clip, tracks, recipe.timeline.loop, context)
             clip, tracks = without_dark_end(clip, tracks)
-    is_drawn = isinstance(recipe.source, FramesSource) and is_flat_art(clip)
+    is_drawn = isinstance(recipe.source, FramesSource) and (
+        is_flat_art(clip) or ends_at_outlines(clip)
+    )
     return SimulatedClip(clip, study, analysis, tracks, shape, is_drawn=is_drawn)
 
 

@@ -44,7 +44,8 @@ class SimulatedClip:
         tracks: Flakes; None if there are none.
         texture: What flakes are drawn with; None for streaks and squares.
         recolouring: The colours that its flame gets; None for its own.
-        is_drawn: Whether it is flat art, which hides what is behind it as it was drawn to.
+        is_drawn: Whether it is drawn in flat colours or up to an outline: it hides what is behind
+            it as it was drawn to.
     """
 
     clip: Clip
