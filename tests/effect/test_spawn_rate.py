@@ -35,6 +35,17 @@ def test_a_candle_sheds_next_to_nothing_and_a_large_fire_much(candle: str, large
     assert many > 20
 
 
+def _small(height: int) -> Clip:
+    clip = campfire(height=height)
+    return looped(clip, 4.0)
+
+
+@pytest.mark.parametrize(("height", "most"), [(64, 30), (24, 7), (16, 5)])
+def test_small_frames_get_few_flakes_and_tiny_ones_a_handful(height: int, most: int) -> None:
+    alive = [len(rows) for rows in run_effect(_small(height)).tracks.frames]
+    assert 0 < np.mean(alive) < most
+
+
 SMALL = ["pixel_art", real("cartoon_tauran_flame_sheet")]
 """Clips of so few pixels that flakes are drawn larger than they are."""
 

@@ -193,7 +193,7 @@ def test_additive_pages_say_that_no_movie_adds_light(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     keys = {**RECIPE, "source": {**SOURCE, "count": 2}, "movies": ["apng"], "flakes": "none"}
-    for alpha, is_noted in ("additive", True), ("premultiplied", False):
+    for alpha, is_noted in ("additive", True), ("premultiplied", True), ("straight", False):
         (tmp_path / "fire.yaml").write_text(json.dumps({**keys, "atlas": {"alpha": alpha}}))
         assert main(["build", str(tmp_path / "fire.yaml")]) == 0
         assert ("no player adds the light of a movie" in capsys.readouterr().err) is is_noted

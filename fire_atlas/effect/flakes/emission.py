@@ -19,6 +19,10 @@ from fire_atlas.vision.pixel_grid import PixelGrid
 TICK = 1 / 60
 """Time step, s, in which flakes are spawned and fly, whatever the frame rate."""
 
+_ROOMY = 96.0
+"""Height, px, of frames below which soft flakes, of a pixel each, would be a cloud: there are as
+many fewer as the frame has fewer pixels."""
+
 _RATE_PER_AREA, _SMALL_AREA = 280.0, 0.15
 """Automatic spawn rate per heights² of moving fire, and the area below which the rate falls faster
 than the area, because a small fire is calmer as well."""
@@ -199,7 +203,8 @@ class EmitterSettings:
         is_hard = flakes.sprite == "pixel"
         width_ratio = float(median / drawn_width(median, art)) if is_hard else 1.0
         duration = math.inf if clip.loop else clip.body / clip.fps
-        automatic = automatic_rate(moving_area, width_ratio, duration)
+        room = 1.0 if is_hard else min(clip.height / _ROOMY, 1.0) ** 2
+        automatic = automatic_rate(moving_area, width_ratio, duration, room)
         rate = automatic if flakes.rate == "auto" else flakes.rate
         bursts, sparks = _bursts_of(flakes, rate)
         if flakes.alpha != "auto":
@@ -225,7 +230,9 @@ def size_range(flakes: Flakes) -> tuple[float, float]:
     return EMBER_SIZE if flakes.own_texture is None else TEXTURE_SIZE
 
 
-def automatic_rate(moving_area: float, width_ratio: float, duration: float) -> float:
+def automatic_rate(
+    moving_area: float, width_ratio: float, duration: float, room: float = 1.0
+) -> float:
     """Return the spawn rate, 1/s, that suits a fire.
 
     Sparks tear off where fire moves, so the rate is proportional to that area; in a small, calm
@@ -236,9 +243,10 @@ def automatic_rate(moving_area: float, width_ratio: float, duration: float) -> f
         moving_area: Area in which the fire moves, heights².
         width_ratio: Width of a median flake divided by the width at which it is drawn.
         duration: Duration of a one-shot clip, s; infinite for a loop.
+        room: Number of flakes that the frame has room for, relative to a large one's, 0..1.
     """
     calm = min(moving_area / _SMALL_AREA, 1.0)
-    rate = _RATE_PER_AREA * moving_area * calm * min(width_ratio, 1.0)
+    rate = _RATE_PER_AREA * moving_area * calm * min(width_ratio, 1.0) * room
     return max(rate, _MIN_SPAWNS / duration)
 
 

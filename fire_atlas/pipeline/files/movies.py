@@ -43,10 +43,10 @@ def movie_files(
         return
     if not content.animations:
         context.progress.note("movies: single sprites have none, and there is no animation here")
-    elif sheet.alpha == "additive":
+    elif sheet.alpha == "additive" or sheet.thins:
         context.progress.note(
-            "movies: no player adds the light of a movie, as clients do that of pages with "
-            "atlas.alpha: additive; over something bright it is less bright"
+            f"movies: no player adds the light of a movie, as clients do that of pages with "
+            f"atlas.alpha: {sheet.alpha}; over something bright it is less bright"
         )
     from fire_atlas.formats.movies.write import write_movie
 

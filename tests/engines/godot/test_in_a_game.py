@@ -12,6 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 from fire_atlas.cli import main
+from fire_atlas.core.pixels import linear_to_srgb, srgb_to_linear
 from fire_atlas.core.shipped import shipped
 from fire_atlas.formats.atlas.texture_packer import read_atlas
 from fire_atlas.preview.blend import blend
@@ -54,6 +55,39 @@ def shot(name: str, *layers: str, **more: Any) -> dict[str, Any]:
 
 def drawn(godot4: Godot4, folder: Path, jobs: list[dict[str, Any]]) -> list[NDArray[np.int64]]:
     return [picture(answer).astype(int) for answer in godot4.run(folder, jobs, SIZE)]
+
+
+SKY = (168, 206, 204)
+
+
+def test_by_day_thin_fire_does_not_darken_the_sky(godot4: Godot4, tmp_path: Path) -> None:
+    """Premultiplied pages are the default for engines; ``cover: full`` is the cover of straight
+    ones. Over black both are alike."""
+    keys: dict[str, Any] = {"exports": ["godot"], "flakes": {"rate": 60}, "tracks": []}
+    build(tmp_path, "thin", **keys)
+    build(tmp_path, "full", **keys, atlas={"alpha": "premultiplied", "cover": "full"})
+    grounds = ["{:02x}{:02x}{:02x}".format(*SKY), "000000"]
+    jobs = [
+        {**shot(name, *HIDDEN), "set": {}, "background": ground}
+        for ground in grounds
+        for name in ("thin", "full")
+    ]
+    thin, full, *black = drawn(godot4, tmp_path, jobs)
+    assert np.abs(black[0] - black[1]).max() <= 1
+    # Of light on black, coverage is what its brightest channel needs.
+    faint = (black[1].max(axis=2) >= 5) & (black[1].max(axis=2) <= 64)
+    assert faint.sum() > 500
+    darker = [
+        (luminance(each)[faint] < luminance(np.array(SKY)) - 1).mean() for each in (thin, full)
+    ]
+    assert darker[0] < 0.03
+    assert darker[1] > 0.9
+
+
+def luminance(shown: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Of sRGB in 0..255, on the same scale."""
+    light = srgb_to_linear(shown / 255) @ np.array([0.2126, 0.7152, 0.0722])
+    return np.asarray(255 * linear_to_srgb(light), np.float64)
 
 
 @pytest.mark.parametrize("alpha", FADED)
