@@ -27,6 +27,9 @@ from fire_atlas.vision.still import still_things
 _SAMPLES, _LEAST = 9, 4
 """Number of frames, evenly spread, by which the room is found, and the least that a clip has."""
 
+_SIDE = 320
+"""Largest height, px, of the copies in which the room is found, which bounds their memory."""
+
 _SMOOTH = 0.02
 """Standard deviation, heights, of the blur by which a veil is told from grain."""
 
@@ -80,15 +83,25 @@ class Room:
     @classmethod
     def of(cls, clip: Clip, workers: Workers) -> Self:
         """Find the room of a clip of fire on black."""
+        smaller = max(1.0, clip.height / _SIDE)
+        size = max(1, round(clip.width / smaller)), max(1, round(clip.height / smaller))
+
+        def small(i: int) -> tuple[NDArray[np.float32], Plane]:
+            parts = _shown(clip.read(i), clip.blend_space), clip.brightness(i)
+            shown, bright = (cv2.resize(each, size, interpolation=cv2.INTER_AREA) for each in parts)
+            return as_plane(shown), as_plane(bright)
+
         numbers = evenly_spread(0, clip.body - 1, _SAMPLES)
-        shown = list(workers.map(lambda i: _shown(clip.read(i), clip.blend_space), numbers))
-        moves = activity(list(workers.map(clip.brightness, numbers)))
+        shown, bright = zip(*workers.map(small, numbers), strict=True)
+        moves = activity(list(bright))
         # The least of each pixel over time: a flame flickers, and lets the room be seen.
         resting = as_plane(reduce(np.minimum, shown))
         nothing = np.zeros_like(moves)
         if haze := _haze(resting, moves):
             return cls(np.zeros_like(resting), nothing, haze)
-        grain = as_plane(np.std(np.stack([frame.max(axis=2) for frame in shown]), axis=0))
+        # Means of pixels have less grain than the pixels themselves.
+        spread = np.std(np.stack([frame.max(axis=2) for frame in shown]), axis=0)
+        grain = as_plane(spread * smaller)
         # A wall may share the outline of what stands before it; a glow has one without the wall.
         peaks = [as_plane(frame.max(axis=2)) for frame in shown]
         veil = _veil(resting, nothing, grain).max(axis=2)
@@ -97,7 +110,11 @@ class Room:
             still_things([np.maximum(peak - veil, 0) * np.float32(255) for peak in peaks], moves),
         )
         things = _whole(found, as_plane(resting.max(axis=2)))
-        return cls(_veil(resting, things, grain), things, 0.0)
+        whole = [
+            as_plane(cv2.resize(each, (clip.width, clip.height)))
+            for each in (_veil(resting, things, grain), things)
+        ]
+        return cls(whole[0], whole[1], 0.0)
 
     def cleared(self, picture: Picture, blend_space: str) -> Pixels:
         """Return a frame (H, W, 4) without the veil, and with things that hide."""
