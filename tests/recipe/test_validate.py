@@ -70,6 +70,12 @@ def advice(path: Path, *overrides: str) -> list[str]:
             "size, colors, sprite",
         ),
         (
+            "atlas: {cover: full}",
+            "2: atlas.cover",
+            "is of premultiplied pages, where it can be chosen; set alpha: premultiplied, or leave "
+            "it out: pages with alpha straight cover as much as they shine",
+        ),
+        (
             "flakes: {class: flat}",
             "2: flakes.class",
             "says what burns, and flat how it looks: write `style: cartoon`, and leave class out",

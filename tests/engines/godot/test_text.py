@@ -45,6 +45,30 @@ def test_the_scripts_are_sound(program: str, tmp_path: Path) -> None:
     assert ran.returncode == 0, ran.stdout + ran.stderr
 
 
+CLIP = {"path": "clip"}
+
+
+@pytest.mark.parametrize(
+    ("source", "exports", "atlas", "alpha"),
+    [
+        (CLIP, ["godot"], {}, "premultiplied"),
+        (CLIP, ["unity"], {}, "premultiplied"),
+        (CLIP, ["godot", {"unity": {"pixels_per_unit": 32}}], {"max_size": 512}, "premultiplied"),
+        (CLIP, ["godot"], {"alpha": "straight"}, "straight"),
+        (CLIP, ["godot"], {"bleed": 3}, "straight"),
+        (CLIP, ["godot", "json"], {}, "straight"),
+        (CLIP, ["json"], {}, "straight"),
+        (CLIP, ["godot"], {"members": ["icons.yaml"]}, "straight"),
+        ({"kind": "sprites", "path": "ui"}, ["godot"], {}, "straight"),
+    ],
+)
+def test_fire_for_engines_alone_is_premultiplied_by_default(
+    source: dict[str, str], exports: Any, atlas: dict[str, Any], alpha: str
+) -> None:
+    given = {"source": source, "exports": exports, "atlas": atlas}
+    assert Recipe.model_validate(given).atlas.alpha == alpha
+
+
 @pytest.mark.parametrize(
     ("exports", "atlas", "bleed"),
     [
