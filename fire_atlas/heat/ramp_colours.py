@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.easing import smooth_step
 from fire_atlas.core.pixels import Bytes, as_plane, decode_unit, encode_unit, expose
+from fire_atlas.effect.composition.cover import cover_of_light
 from fire_atlas.heat.ramp import finished_ramp
 from fire_atlas.heat.ready import NATURAL, RampLight, ready_light
 
@@ -188,8 +189,12 @@ def shown_of_bytes(image: Bytes, alpha: str, blend_space: str, *, thins: bool) -
     if alpha == "additive":
         seen[:, 3] = needed(seen, blend_space)
     elif thins:
-        # Light F over what hides h covers 1 − (1 − h)(1 − F²), and needs 1 − (1 − h)(1 − F).
-        seen[:, 3] = 1 - (1 - seen[:, 3]) / (1 + needed(seen, blend_space))
+        # Light F that covers G, over what hides h, covers 1 − (1 − h)(1 − G), and needs
+        # 1 − (1 − h)(1 − F).
+        light, space = needed(seen, blend_space), blend_space
+        hue = decode_unit(seen[:, :3]) if space == "linear" else seen[:, :3]
+        clear = (1 - light) / np.maximum(1 - cover_of_light(light, hue, space), _MIN_COVERAGE)
+        seen[:, 3] = 1 - (1 - seen[:, 3]) * clear
     return seen
 
 

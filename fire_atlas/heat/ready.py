@@ -109,6 +109,6 @@ def ramp_of_light(row: RampLight, alpha: Alpha, blend_space: BlendSpace, *, thin
     """Return the ramp (256, 4) that is nearest to linear premultiplied light (256, 4); settings as
     of ``Atlas``."""
     light = row[None]
-    cover = thin_cover(light, np.zeros_like(light[..., 3])) if thins else None
+    cover = thin_cover(light, np.zeros_like(light[..., 3]), blend_space) if thins else None
     curve = encode_frame(light, alpha, blend_space, cover)[0].astype(np.float64)
     return finished_ramp(curve, alpha, blend_space)

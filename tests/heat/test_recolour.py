@@ -122,8 +122,9 @@ def test_grey_fire_on_black_takes_all_colours_of_a_list(tmp_path: Path) -> None:
         wanted = 255 * np.stack([0 * heat, heat * cover, cover], axis=-1)
         off = np.abs(built[i][..., :3] - wanted)
         assert off[known_heat(i) > 4].max() <= 2  # what is darker counts as black
-        # Thin fire covers the square of that.
-        off = np.abs(255 * cover * cover - built[i][..., 3])
+        # From blue to cyan, thin fire covers less than that.
+        luminance = 0.7152 * heat + 0.0722
+        off = np.abs(255 * cover * np.maximum(cover, luminance / 0.82) - built[i][..., 3])
         assert off[known_heat(i) > 4].max() <= 2
 
 
@@ -368,9 +369,13 @@ def test_wood_stays_wood_in_pages_of_heat(pixels: str, tmp_path: Path) -> None:
     learnt, gas = np.asarray(Image.open(built.with_name("fire.ramp.png"))).astype(int)
     colours = frames_of(built)
     stick = colours[0][45:60, 25:35].reshape(-1, 4).astype(int)
-    assert np.abs(stick - WOOD).max() <= 12, "one axis holds it about so"
+    off = np.abs(stick - WOOD)
+    # Thin flames of its brightness hide less: the ramp has one cover for both.
+    assert off[:, :3].max() <= 12 and off[:, 3].max() <= 26, "one axis holds it about so"
     entry = int(np.argmin(np.abs(learnt - stick[0]).sum(axis=1)))
-    assert np.abs(gas[entry] - learnt[entry]).max() <= 12, "it was glass"
+    assert np.abs(gas[entry] - learnt[entry])[:3].max() <= 12
+    # A ramp's cover climbs by 6 an entry at most, from that of thin fire to that of wood.
+    assert gas[entry, 3] > learnt[entry, 3] - 36, "it was glass"
     assert gas[-1, 2] >= gas[-1, 0] and gas[200, 2] > gas[200, 0] + 40, "the flame is blue"
 
 

@@ -2,17 +2,21 @@
 
 A flame hides little of what is behind it: it adds its light. A page that covers as much as it
 shines darkens a bright background wherever the flame is thin: brown rings around embers, a veil on
-wisps. One that covers nothing turns the whole flame white by day. Premultiplied pages state light
-and cover apart. Light that needs the coverage F to be shown by itself, as no page is brighter than
-its coverage, covers F² there: next to nothing where it is thin, all where it is dense and white.
-Over black nothing changes.
+wisps. One that covers nothing turns the whole flame white by day, and its edges pale. Premultiplied
+pages state light and cover apart. Light covers as much as leaves a bright sky as bright as it is,
+its own luminance relative to the sky's; but never more than the coverage F that it needs to be
+shown by itself, as no page is brighter than its coverage, and at least F²: what is dense hides all,
+whatever its hue. Over black nothing changes.
 """
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fire_atlas.core.picture import Picture, as_light, brightest_shown, where_covered
-from fire_atlas.core.pixels import Plane, as_plane
-from fire_atlas.effect.composition.smoke import Smoke
+from fire_atlas.core.pixels import REC709, Plane, as_plane, encode_unit, unpremultiply
+
+SKY_LUMINANCE = {"srgb": 0.82, "linear": 0.62}
+"""Luminance of a bright sky, in the encoding in which a client blends."""
 
 _ROUNDING = np.float32(1.5 / 255)
 """Difference of coverage and light that is that of their bytes."""
@@ -21,13 +25,22 @@ _MIN_CLEAR = np.float32(1e-6)
 """Minimum share of what is behind, not hidden, that is divided by."""
 
 
-def hidden_by_smoke(flame: Picture, blend_space: str) -> Plane:
-    """Return what smoke hides, (H, W) 0..1, in a picture (H, W, 4) whose coverage is its own."""
-    hidden, covered = np.zeros(flame.shape[:2], np.float32), where_covered(flame)
-    if flame[covered].size:
-        pixels = as_light(np.ascontiguousarray(flame[covered]))
-        hidden[covered] = Smoke.of(pixels, blend_space).coverage
-    return hidden
+def cover_of_light(
+    coverage: NDArray[np.float32], shown: NDArray[np.float32], blend_space: str
+) -> NDArray[np.float32]:
+    """Return what light that needs ``coverage`` (...) hides, (...) 0..1.
+
+    ``shown`` (..., 3) is that light in the encoding in which the client blends, ``blend_space``.
+    """
+    clear = np.minimum(hidden_by_luminance(shown, blend_space), coverage)
+    return as_plane(np.maximum(coverage * coverage, clear))
+
+
+def hidden_by_luminance(shown: NDArray[np.float32], blend_space: str) -> NDArray[np.float32]:
+    """Return what light (..., 3) may hide of a bright sky without darkening it, (...)."""
+    red, green, blue = (shown[..., channel] for channel in range(3))
+    luminance = red * REC709[0] + green * REC709[1] + blue * REC709[2]
+    return as_plane(luminance / np.float32(SKY_LUMINANCE[blend_space]))
 
 
 def hidden_by_coverage(flame: Picture) -> Plane:
@@ -42,14 +55,28 @@ def hidden_by_coverage(flame: Picture) -> Plane:
     return hidden
 
 
-def thin_cover(picture: Picture, hidden: Plane) -> Plane:
+def thin_cover(
+    picture: Picture, hidden: Plane, blend_space: str, light: Picture | None = None
+) -> Plane:
     """Return how much of what is behind it a picture (H, W, 4) of light covers, (H, W) 0..1.
 
     Args:
         picture: The flame with its flakes.
         hidden: (H, W) 0..1, how much of what is behind it things hide, however much light there
             is: smoke, wood.
+        blend_space: Encoding in which the client blends.
+        light: What has the light, (H, W, 4); None: the picture.
     """
-    coverage = np.clip(as_light(picture)[..., 3], hidden, 1)
-    light = (coverage - hidden) / np.maximum(1 - hidden, _MIN_CLEAR)
-    return as_plane(1 - (1 - hidden) * (1 - light * light))
+    cover, covered = hidden.copy(), where_covered(picture)
+    if not picture[covered].size:
+        return cover
+    pixels, hides = as_light(np.ascontiguousarray(picture[covered])), hidden[covered]
+    coverage = np.clip(pixels[..., 3], hides, 1)
+    needed = as_plane((coverage - hides) / np.maximum(1 - hides, _MIN_CLEAR))
+    if light is not None:
+        pixels = as_light(np.ascontiguousarray(light[covered]))
+    shown = pixels[..., :3]
+    if blend_space != "linear":
+        shown = as_plane(encode_unit(unpremultiply(pixels)) * pixels[..., 3:])
+    cover[covered] = 1 - (1 - hides) * (1 - cover_of_light(needed, shown, blend_space))
+    return cover

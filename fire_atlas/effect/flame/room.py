@@ -67,7 +67,7 @@ _MIN_COVERAGE = np.float32(1e-6)
 
 
 @dataclass(frozen=True, slots=True)
-class Room:
+class DarkRoom:
     """What stands still around a flame.
 
     Attributes:
@@ -198,7 +198,7 @@ def without_room(clip: Clip, workers: Workers, note: Callable[[str], None]) -> C
     found."""
     if clip.body < _LEAST:
         return clip
-    room = Room.of(clip, workers)
+    room = DarkRoom.of(clip, workers)
     if room.haze:
         note(
             f"the border of the frame is {room.haze:.0f} of 255 bright, which stays as a veil "

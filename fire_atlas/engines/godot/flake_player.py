@@ -5,6 +5,7 @@ from typing import Any
 
 from fire_atlas.atlas.sheet import AtlasSheet, Region
 from fire_atlas.core.output_file import OutputFile
+from fire_atlas.effect.composition.cover import SKY_LUMINANCE
 from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.engines.godot.flakes import FlakeArrays, flake_arrays
 from fire_atlas.engines.godot.names import (
@@ -68,6 +69,7 @@ def flake_shader(
         f"{template}.gdshader",
         alpha=sheet.alpha,
         thins=sheet.thins,
+        sky=SKY_LUMINANCE[sheet.blend_space],
         blend_space=sheet.blend_space,
         film=adds_up,
         particles=particles,

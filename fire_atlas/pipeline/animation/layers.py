@@ -16,8 +16,8 @@ from fire_atlas.core.picture import Picture, as_light
 from fire_atlas.core.pixels import LIGHT_STEPS, Pixels, Plane, as_plane, as_steps, expose
 from fire_atlas.effect.composition.blur import blur_along
 from fire_atlas.effect.composition.composite import VISIBLE_LIGHT, compose, emitted
-from fire_atlas.effect.composition.cover import hidden_by_coverage, hidden_by_smoke, thin_cover
-from fire_atlas.effect.composition.smoke import Cover, Smoke
+from fire_atlas.effect.composition.cover import hidden_by_coverage, thin_cover
+from fire_atlas.effect.composition.smoke import Cover, Smoke, hidden_by_smoke
 from fire_atlas.effect.flakes.drawing import add_glow, draw_frame
 from fire_atlas.effect.flakes.layer import FlakeLight
 from fire_atlas.effect.flakes.texture import TextureCells
@@ -87,10 +87,14 @@ class Layers:
     form: FrontSurface | None = None
     hidden: Plane | None = None
 
-    def cover(self, picture: Picture) -> Plane | None:
+    def cover(self, picture: Picture, blend_space: str) -> Plane | None:
         """Return what pages hide behind a picture (H, W, 4) of these layers, as from
         ``thin_cover``; None: as much as its coverage says."""
-        return None if self.hidden is None else thin_cover(picture, self.hidden)
+        if self.hidden is None:
+            return None
+        # A fire whose smoke is apart hides as much as the fire with its smoke does.
+        light = None if self.smoke is None else self.picture
+        return thin_cover(picture, self.hidden, blend_space, light)
 
 
 def layers_of(i: int, simulated: SimulatedClip, recipe: Recipe) -> Layers:

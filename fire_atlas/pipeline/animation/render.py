@@ -128,7 +128,7 @@ def render_frame(
         light=lambda: emission_of(layers, recipe),
         smoke=layers.smoke,
         form=layers.form,
-        cover=layers.cover,
+        cover=lambda picture: layers.cover(picture, recipe.atlas.blend_space),
     )
     kinds = kinds_in(recipe.maps)
     maps = {
@@ -136,7 +136,9 @@ def render_frame(
     }
     height, width = layers.flame.shape[:2]
     composed = compose_layers(layers, recipe, palette)
-    whole, *smaller = encode_sprites(composed, recipe.atlas, layers.cover(composed))
+    whole, *smaller = encode_sprites(
+        composed, recipe.atlas, layers.cover(composed, recipe.atlas.blend_space)
+    )
     frame = RenderedFrame((whole, *smaller), maps, light, width, height)
     drawn = whole, *(layer[0] for layer in frame.layers())
     boxes = [sprite.visible for sprite in drawn if sprite.visible]

@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 
 from fire_atlas.atlas.encode import encode_frame
 from fire_atlas.core.pixels import Bytes, Pixels, as_plane, linear_to_srgb, srgb_to_linear
-from fire_atlas.effect.composition.cover import hidden_by_smoke, thin_cover
+from fire_atlas.effect.composition.cover import thin_cover
+from fire_atlas.effect.composition.smoke import hidden_by_smoke
 from fire_atlas.preview.blend import blend
 from fire_atlas.sources.matte import luminance_of_light
 
@@ -29,7 +30,7 @@ def luminance(shown: Bytes) -> np.ndarray:
 
 def both(pixels: Pixels, space: str, hidden: float = 0.0) -> tuple[Bytes, Bytes]:
     """The pixels as they are stored with full and with thin cover."""
-    cover = thin_cover(pixels, np.full(pixels.shape[:2], hidden, np.float32))
+    cover = thin_cover(pixels, np.full(pixels.shape[:2], hidden, np.float32), space)
     full = encode_frame(pixels, "premultiplied", space)  # type: ignore[arg-type]
     return full, encode_frame(pixels, "premultiplied", space, cover)  # type: ignore[arg-type]
 
@@ -64,20 +65,23 @@ def test_thin_fire_brightens_the_sky(hue: tuple[float, float, float], level: flo
         assert full.max() < sky - 1, "as much cover as light darkens it"
 
 
-def test_cover_is_the_square_of_the_coverage_that_light_needs() -> None:
-    greys = [(value, value, value) for value in np.linspace(0, 1, 256)]
-    full, thin = both(light(*greys), "srgb")
-    wanted = 255 * (full[..., 3] / 255) ** 2
-    assert np.abs(thin[..., 3] - wanted).max() <= 0.51
+def test_white_light_covers_as_it_shines_and_red_light_less_but_at_least_the_square() -> None:
+    levels = np.linspace(0, 1, 256)
+    for hue, share in ((np.ones(3), 1.0), (np.array([1.0, 0, 0]), 0.2126 / 0.82)):
+        full, thin = both(light(*(tuple(level * hue) for level in levels)), "srgb")
+        needed = full[..., 3] / 255
+        wanted = 255 * np.maximum(needed * needed, share * needed)
+        assert np.abs(thin[..., 3] - wanted).max() <= 0.6
 
 
 @pytest.mark.parametrize("hidden", [0.0, 0.3, 0.8, 1.0])
 def test_things_hide_as_they_did_however_much_light_there_is(hidden: float) -> None:
     for needed in (0.0, 0.2, 0.9, 1.0):
         coverage = 1 - (1 - hidden) * (1 - needed)
-        pixels = np.full((1, 1, 4), coverage, np.float32)
-        cover = thin_cover(pixels, np.full((1, 1), hidden, np.float32))[0, 0]
-        assert cover == pytest.approx(1 - (1 - hidden) * (1 - needed**2), abs=1e-6)
+        pixels = np.array([[[coverage, 0, 0, coverage]]], np.float32)
+        cover = thin_cover(pixels, np.full((1, 1), hidden, np.float32), "srgb")[0, 0]
+        covers = max(needed**2, min(needed, coverage * 0.2126 / 0.82))
+        assert cover == pytest.approx(1 - (1 - hidden) * (1 - covers), abs=1e-4)
         assert hidden - 1e-6 <= cover <= coverage + 1e-6
 
 

@@ -315,9 +315,11 @@ def test_an_ember_alone_looks_as_in_our_frame(godot4: Godot4, tmp_path: Path) ->
 
 
 def covered(ember: Picture, behind: Picture) -> Picture:
-    """Blend as premultiplied alpha: an ember covers the square of what it is bright."""
-    cover: Picture = ember.max(axis=2, keepdims=True) ** 2
-    return ember + behind * (1 - cover)
+    """Blend as premultiplied alpha: an ember covers less than it is bright."""
+    bright = ember.max(axis=2, keepdims=True)
+    luminance = (ember @ [0.2126, 0.7152, 0.0722])[..., None]
+    cover: Picture = np.maximum(bright * bright, np.minimum(bright, luminance / 0.82))
+    return np.minimum(ember + behind * (1 - cover), 1)
 
 
 def added(ember: Picture, behind: Picture) -> Picture:
