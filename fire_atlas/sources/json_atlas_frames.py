@@ -144,19 +144,20 @@ def _cut(frames: Sequence[AtlasFrame], headers: dict[AtlasPage, Header]) -> Gene
 
 def _light_of(stored: Picture, blend_space: str) -> Picture:
     """Return the light (H, W, 4) of integer pixels whose colours were multiplied by their coverage
-    as encoded in ``blend_space``. Light that is brighter than its coverage gets what it needs."""
+    as encoded in ``blend_space``. Light that is brighter than its coverage, by more than what is
+    rounded, gets what it needs."""
     if stored.shape[2] < 4:
         return stored
     unit = stored.astype(np.float32) / np.float32(white(stored.dtype))
     if blend_space == "linear":
         unit[..., :3] = srgb_to_linear(unit[..., :3])
-        unit[..., 3] = np.maximum(unit[..., 3], brightest(unit))
-        return unit
-    coverage = np.maximum(unit[..., 3:], brightest(unit)[..., None])
-    colour = np.divide(
-        unit[..., :3], coverage, out=np.zeros_like(unit[..., :3]), where=coverage > 0
-    )
-    return np.concatenate([srgb_to_linear(colour) * coverage, coverage], axis=2)
+    needed, step = brightest(unit), np.float32(1 / white(stored.dtype))
+    unit[..., 3] = np.where(needed > unit[..., 3] + 2 * step, needed, unit[..., 3])
+    if blend_space != "linear":
+        coverage, none = unit[..., 3:], np.zeros_like(unit[..., :3])
+        colour = np.divide(unit[..., :3], coverage, out=none, where=coverage > 0)
+        unit[..., :3] = srgb_to_linear(np.minimum(colour, 1)) * coverage
+    return unit
 
 
 def _untrimmed(frame: AtlasFrame, part: Picture) -> Picture:

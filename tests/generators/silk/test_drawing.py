@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.pixels import encode_bytes
 from fire_atlas.generators.silk import raster
-from fire_atlas.generators.silk.colour import unexposed
+from fire_atlas.generators.silk.colour import expose, unexposed
 from fire_atlas.generators.silk.intruder_drawing import Hearth, IntruderBuffers, draw_intruders
 from fire_atlas.generators.silk.intruders import IntruderBody
 from fire_atlas.recipe.silk import Intruder
@@ -62,7 +62,7 @@ def test_a_view_is_what_a_plain_rasteriser_draws(
     light, edge = draw(cells.position, cells.attributes, texture, 80, 112)
     light = light.reshape(56, 2, 40, 2, 3).mean(axis=(1, 3))
     edge = np.asarray(edge.reshape(56, 2, 40, 2).any(axis=(1, 3)))
-    wanted = encode_bytes((1 - np.exp(-light)).astype(np.float32)).astype(int)
+    wanted = encode_bytes(expose(light.astype(np.float32))).astype(int)
     found = encode_bytes(made.draw(frame, eye).light).astype(int)
     assert wanted.max() > 150
     assert edge.mean() < 0.02
