@@ -9,6 +9,8 @@ shown by itself, as no page is brighter than its coverage, and at least F²: wha
 whatever its hue. Over black nothing changes.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -25,22 +27,37 @@ _MIN_CLEAR = np.float32(1e-6)
 """Minimum share of what is behind, not hidden, that is divided by."""
 
 
+class FireOverSmoke(NamedTuple):
+    """A fire whose smoke is a layer of its own.
+
+    Attributes:
+        whole: (H, W, 4), the flame with its smoke.
+        smoke: (H, W) 0..1, coverage of the smoke.
+    """
+
+    whole: Picture
+    smoke: Plane
+
+
 def cover_of_light(
-    coverage: NDArray[np.float32], shown: NDArray[np.float32], blend_space: str
+    coverage: NDArray[np.float32],
+    shown: NDArray[np.float32],
+    blend_space: str,
+    behind: NDArray[np.float32] | float = 0.0,
 ) -> NDArray[np.float32]:
     """Return what light that needs ``coverage`` (...) hides, (...) 0..1.
 
-    ``shown`` (..., 3) is that light in the encoding in which the client blends, ``blend_space``.
+    Args:
+        coverage: (...) 0..1.
+        shown: (..., 3), the light in the encoding in which the client blends.
+        blend_space: That encoding.
+        behind: (...) 0..1, what smoke and things behind it hide of the sky already.
     """
-    clear = np.minimum(hidden_by_luminance(shown, blend_space), coverage)
-    return as_plane(np.maximum(coverage * coverage, clear))
-
-
-def hidden_by_luminance(shown: NDArray[np.float32], blend_space: str) -> NDArray[np.float32]:
-    """Return what light (..., 3) may hide of a bright sky without darkening it, (...)."""
     red, green, blue = (shown[..., channel] for channel in range(3))
     luminance = red * REC709[0] + green * REC709[1] + blue * REC709[2]
-    return as_plane(luminance / np.float32(SKY_LUMINANCE[blend_space]))
+    allowed = luminance / np.float32(SKY_LUMINANCE[blend_space])
+    left = (allowed - behind) / np.maximum(1 - behind, _MIN_CLEAR)
+    return as_plane(np.maximum(coverage * coverage, np.minimum(left, coverage)))
 
 
 def hidden_by_coverage(flame: Picture) -> Plane:
@@ -56,7 +73,7 @@ def hidden_by_coverage(flame: Picture) -> Plane:
 
 
 def thin_cover(
-    picture: Picture, hidden: Plane, blend_space: str, light: Picture | None = None
+    picture: Picture, hidden: Plane, blend_space: str, fire: FireOverSmoke | None = None
 ) -> Plane:
     """Return how much of what is behind it a picture (H, W, 4) of light covers, (H, W) 0..1.
 
@@ -65,7 +82,7 @@ def thin_cover(
         hidden: (H, W) 0..1, how much of what is behind it things hide, however much light there
             is: smoke, wood.
         blend_space: Encoding in which the client blends.
-        light: What has the light, (H, W, 4); None: the picture.
+        fire: What the picture is a part of, if its smoke is apart; None: it is whole.
     """
     cover, covered = hidden.copy(), where_covered(picture)
     if not picture[covered].size:
@@ -73,10 +90,13 @@ def thin_cover(
     pixels, hides = as_light(np.ascontiguousarray(picture[covered])), hidden[covered]
     coverage = np.clip(pixels[..., 3], hides, 1)
     needed = as_plane((coverage - hides) / np.maximum(1 - hides, _MIN_CLEAR))
-    if light is not None:
-        pixels = as_light(np.ascontiguousarray(light[covered]))
+    behind = hides
+    if fire is not None:
+        pixels = as_light(np.ascontiguousarray(fire.whole[covered]))
+        behind = fire.smoke[covered]
     shown = pixels[..., :3]
     if blend_space != "linear":
         shown = as_plane(encode_unit(unpremultiply(pixels)) * pixels[..., 3:])
-    cover[covered] = 1 - (1 - hides) * (1 - cover_of_light(needed, shown, blend_space))
+    light = cover_of_light(needed, shown, blend_space, behind)
+    cover[covered] = 1 - (1 - hides) * (1 - light)
     return cover

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from fire_atlas.core.easing import smooth_step
 from fire_atlas.core.picture import Picture, as_light, where_covered
 from fire_atlas.core.pixels import Pixels, Plane, as_plane, decode_unit, encode_unit
-from fire_atlas.effect.composition.cover import cover_of_light, hidden_by_luminance
+from fire_atlas.effect.composition.cover import cover_of_light
 
 _DULL, _BRIGHT = 0.6, 1.0
 """Brightest channel, as the client shows it, up to which all that is grey in a colour is smoke, and
@@ -99,11 +99,11 @@ class Smoke:
         coverage = np.where(self.coverage < whole, 1 - np.minimum((1 - whole) / room, 1), 0)
         if cover != "none":
             # Where both hide all that is behind, the fire covers what its light needs.
-            needed = self._needed(shown, cover, blend_space)
+            needed = self._needed(shown.max(axis=2), cover)
             coverage = np.where(self.coverage >= 1, needed, coverage)
         hides = {
             "full": coverage,
-            "thin": cover_of_light(as_plane(coverage), shown, blend_space),
+            "thin": cover_of_light(as_plane(coverage), shown, blend_space, self.coverage),
             "none": np.zeros_like(coverage),
         }[cover]
         light = np.maximum(shown - ((1 - hides) * self.grey)[..., None], 0)
@@ -111,16 +111,13 @@ class Smoke:
             light, np.maximum(coverage, np.minimum(light.max(axis=2), 1)), blend_space
         )
 
-    def _needed(self, shown: NDArray[np.float32], cover: Cover, blend_space: str) -> Plane:
-        """Return the coverage F (H, W) of a fire that shows ``shown`` (H, W, 3) over this smoke: F
-        is its brightest channel less (1 − G) of the grey, where the fire hides G; see
-        ``cover_of_light``."""
-        above = np.maximum(shown.max(axis=2) - self.grey, 0)
-        needed = above / np.maximum(1 - self.grey, _MIN_COVERAGE)  # G is F
-        if cover == "thin":
-            clear = above + self.grey * hidden_by_luminance(shown, blend_space)
-            root = np.sqrt(np.maximum(1 - 4 * self.grey * above, 0))
-            needed = np.maximum(np.minimum(needed, clear), 2 * above / (1 + root))  # G is F²
+    def _needed(self, brightest: Plane, cover: Cover) -> Plane:
+        """Return the coverage F (H, W) of a fire that shows its ``brightest`` channel over smoke
+        that hides all: F is that less (1 − G) of the grey, where the fire hides G, F or F²."""
+        above = np.maximum(brightest - self.grey, 0)
+        needed = above / np.maximum(1 - self.grey, _MIN_COVERAGE)
+        if cover == "thin":  # G is F², as smoke that hides all leaves no more to hide
+            needed = 2 * above / (1 + np.sqrt(np.maximum(1 - 4 * self.grey * above, 0)))
         return as_plane(np.minimum(needed, 1))
 
 

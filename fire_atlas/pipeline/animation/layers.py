@@ -16,7 +16,7 @@ from fire_atlas.core.picture import Picture, as_light
 from fire_atlas.core.pixels import LIGHT_STEPS, Pixels, Plane, as_plane, as_steps, expose
 from fire_atlas.effect.composition.blur import blur_along
 from fire_atlas.effect.composition.composite import VISIBLE_LIGHT, compose, emitted
-from fire_atlas.effect.composition.cover import hidden_by_coverage, thin_cover
+from fire_atlas.effect.composition.cover import FireOverSmoke, hidden_by_coverage, thin_cover
 from fire_atlas.effect.composition.smoke import Cover, Smoke, hidden_by_smoke
 from fire_atlas.effect.flakes.drawing import add_glow, draw_frame
 from fire_atlas.effect.flakes.layer import FlakeLight
@@ -77,6 +77,7 @@ class Layers:
         form: The form of the fire; None if it is not written.
         hidden: (H, W) 0..1, what smoke and things hide of what is behind the flame; None if pages
             hide as much as their coverage says.
+        parted: What the flame was before its smoke was taken out of it; None if that was not.
     """
 
     flame: Picture
@@ -86,6 +87,7 @@ class Layers:
     smoke: Smoke | None = None
     form: FrontSurface | None = None
     hidden: Plane | None = None
+    parted: FireOverSmoke | None = None
 
     def cover(self, picture: Picture, blend_space: str) -> Plane | None:
         """Return what pages hide behind a picture (H, W, 4) of these layers, as from
@@ -93,8 +95,7 @@ class Layers:
         if self.hidden is None:
             return None
         # A fire whose smoke is apart hides as much as the fire with its smoke does.
-        light = None if self.smoke is None else self.picture
-        return thin_cover(picture, self.hidden, blend_space, light)
+        return thin_cover(picture, self.hidden, blend_space, self.parted)
 
 
 def layers_of(i: int, simulated: SimulatedClip, recipe: Recipe) -> Layers:
@@ -133,7 +134,8 @@ def flame_layers(picture: Picture, recipe: Recipe, smoke: Plane | None = None) -
     apart = Smoke.of(pixels, atlas.blend_space) if smoke is None else Smoke.black(smoke)
     cover: Cover = "none" if atlas.alpha == "additive" else "thin" if atlas.thins else "full"
     fire = apart.taken_from(pixels, cover, atlas.blend_space)
-    return Layers(fire, picture=picture, smoke=apart)
+    parted = FireOverSmoke(pixels, apart.coverage) if smoke is None else None
+    return Layers(fire, picture=picture, smoke=apart, parted=parted)
 
 
 def _hidden(i: int, flame: Picture, simulated: SimulatedClip, recipe: Recipe) -> Plane | None:

@@ -51,7 +51,7 @@ def test_over_black_nothing_changes_and_over_night_hardly(
     assert (dark[0] == dark[1]).all()
     night = [blend(page, NIGHT, "premultiplied", space).astype(int) for page in (full, thin)]
     assert (night[1] >= night[0]).all(), "what is hidden less is never darker"
-    assert np.abs(night[1] - night[0]).max() <= 5
+    assert np.abs(night[1] - night[0]).max() <= 6, "20 (F - F²) is 5; three bytes are rounded"
 
 
 @pytest.mark.parametrize("level", [0.05, 0.1, 0.15, 0.2, 0.25])
@@ -80,7 +80,8 @@ def test_things_hide_as_they_did_however_much_light_there_is(hidden: float) -> N
         coverage = 1 - (1 - hidden) * (1 - needed)
         pixels = np.array([[[coverage, 0, 0, coverage]]], np.float32)
         cover = thin_cover(pixels, np.full((1, 1), hidden, np.float32), "srgb")[0, 0]
-        covers = max(needed**2, min(needed, coverage * 0.2126 / 0.82))
+        allowed = coverage * 0.2126 / 0.82
+        covers = max(needed**2, min(needed, (allowed - hidden) / max(1 - hidden, 1e-6)))
         assert cover == pytest.approx(1 - (1 - hidden) * (1 - covers), abs=1e-4)
         assert hidden - 1e-6 <= cover <= coverage + 1e-6
 
