@@ -124,7 +124,7 @@ def test_grey_fire_on_black_takes_all_colours_of_a_list(tmp_path: Path) -> None:
         assert off[known_heat(i) > 4].max() <= 2  # what is darker counts as black
         # From blue to cyan, thin fire covers less than that.
         luminance = 0.7152 * heat + 0.0722
-        off = np.abs(255 * cover * np.maximum(cover, luminance / 0.82) - built[i][..., 3])
+        off = np.abs(255 * cover * np.maximum(cover, luminance / 0.88) - built[i][..., 3])
         assert off[known_heat(i) > 4].max() <= 2
 
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from fire_atlas.core.picture import Picture, as_light, brightest_shown, where_covered
 from fire_atlas.core.pixels import REC709, Plane, as_plane, encode_unit, unpremultiply
 
-SKY_LUMINANCE = {"srgb": 0.82, "linear": 0.62}
+SKY_LUMINANCE = {"srgb": 0.88, "linear": 0.68}
 """Luminance of a bright sky, in the encoding in which a client blends."""
 
 _ROUNDING = np.float32(1.5 / 255)

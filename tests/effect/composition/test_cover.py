@@ -67,7 +67,7 @@ def test_thin_fire_brightens_the_sky(hue: tuple[float, float, float], level: flo
 
 def test_white_light_covers_as_it_shines_and_red_light_less_but_at_least_the_square() -> None:
     levels = np.linspace(0, 1, 256)
-    for hue, share in ((np.ones(3), 1.0), (np.array([1.0, 0, 0]), 0.2126 / 0.82)):
+    for hue, share in ((np.ones(3), 1.0), (np.array([1.0, 0, 0]), 0.2126 / 0.88)):
         full, thin = both(light(*(tuple(level * hue) for level in levels)), "srgb")
         needed = full[..., 3] / 255
         wanted = 255 * np.maximum(needed * needed, share * needed)
@@ -80,7 +80,7 @@ def test_things_hide_as_they_did_however_much_light_there_is(hidden: float) -> N
         coverage = 1 - (1 - hidden) * (1 - needed)
         pixels = np.array([[[coverage, 0, 0, coverage]]], np.float32)
         cover = thin_cover(pixels, np.full((1, 1), hidden, np.float32), "srgb")[0, 0]
-        allowed = coverage * 0.2126 / 0.82
+        allowed = coverage * 0.2126 / 0.88
         covers = max(needed**2, min(needed, (allowed - hidden) / max(1 - hidden, 1e-6)))
         assert cover == pytest.approx(1 - (1 - hidden) * (1 - covers), abs=1e-4)
         assert hidden - 1e-6 <= cover <= coverage + 1e-6

@@ -318,7 +318,7 @@ def covered(ember: Picture, behind: Picture) -> Picture:
     """Blend as premultiplied alpha: an ember covers less than it is bright."""
     bright = ember.max(axis=2, keepdims=True)
     luminance = (ember @ [0.2126, 0.7152, 0.0722])[..., None]
-    cover: Picture = np.maximum(bright * bright, np.minimum(bright, luminance / 0.82))
+    cover: Picture = np.maximum(bright * bright, np.minimum(bright, luminance / 0.88))
     return np.minimum(ember + behind * (1 - cover), 1)
 
 
