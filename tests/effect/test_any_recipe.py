@@ -17,7 +17,15 @@ from fire_atlas.effect.composition.blur import blur_along
 from fire_atlas.effect.flakes.drawing import draw_flakes
 from fire_atlas.effect.flakes.tracks import COLUMNS
 from fire_atlas.pipeline.animation.layers import layers_of
-from fire_atlas.recipe.effect import Buoyancy, Composite, Features, FireClass, Flakes, MotionBlur
+from fire_atlas.recipe.effect import (
+    Buoyancy,
+    Composite,
+    Features,
+    FireClass,
+    Flakes,
+    FlakeStyle,
+    MotionBlur,
+)
 from fire_atlas.recipe.wind import Wind
 from tests.support.clips import clip_of
 from tests.support.effect import SIZE, STRETCH, TAIL, A, B, EffectRun, G, R, run_effect
@@ -85,6 +93,7 @@ BUOYANCY: dict[str, Drawn] = {
 }
 FLAKES: dict[str, Drawn] = {
     "class": st.sampled_from(["auto", *get_args(FireClass)]),
+    "style": st.sampled_from(["auto", *get_args(FlakeStyle)]),
     "bake": st.booleans(),
     "alpha": _auto_or(_gate(10000, 0.06)),
     "rate": _number(0, 100000, 600.0),
@@ -159,7 +168,7 @@ def _without_idle_keys(keys: dict[str, Any]) -> dict[str, Any]:
     wind = {} if is_free else keys["wind"]
     flakes, idle = dict(keys["flakes"]), set[str]()
     if is_paper:
-        idle.add("class")
+        idle |= {"class", "style"}
     if flakes.get("own_motion", 0.0 if is_paper else 1.0) == 0:
         idle.add("lag")
         if is_free:

@@ -391,7 +391,7 @@ PROMISES_OF_SILK = (
         needs=ONCE,
     ),
     _of_silk(
-        "source.turbulence", "more makes it wilder, and thinner where it is fast", CHANGE, 0.0, 3.0
+        "source.turbulence", "more makes it wilder, and thinner where it is fast", CHANGE, 0.0, 4.0
     ),
     _of_silk(
         "source.turbulence",
