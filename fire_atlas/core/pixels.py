@@ -31,6 +31,9 @@ _XYZ = np.array(
 )
 """CIE XYZ, of white 1, of linear sRGB."""
 
+_MIN_COVERAGE = np.float32(1e-6)
+"""Minimum coverage that light is divided by."""
+
 _LEAST_SEEN = 2
 """Alpha and light, of 255, up to which a pixel cannot be seen."""
 
@@ -171,6 +174,27 @@ def unpremultiply(pixels: Pixels) -> NDArray[np.float32]:
     """Return the straight linear colour (H, W, 3) of pixels; black where alpha is 0."""
     alpha = pixels[..., 3:]
     return np.divide(pixels[..., :3], alpha, out=np.zeros_like(pixels[..., :3]), where=alpha > 0)
+
+
+def light_added(pixels: Pixels, blend_space: str) -> NDArray[np.float32]:
+    """Return the light (H, W, 3) that a client adds for pixels: sRGB(c) · coverage, or c · coverage
+    where it blends in linear light."""
+    if blend_space == "linear":
+        return pixels[..., :3]
+    coverage = np.maximum(pixels[..., 3:], _MIN_COVERAGE)
+    return as_plane(encode_unit(as_plane(pixels[..., :3] / coverage)) * pixels[..., 3:])
+
+
+def pixels_of_added(
+    added: NDArray[np.float32], coverage: NDArray[np.float32], blend_space: str
+) -> Pixels:
+    """Return pixels (H, W, 4) of which a client adds this light (H, W, 3); the inverse of
+    ``light_added``."""
+    light = added
+    if blend_space != "linear":
+        cover = coverage[..., None]
+        light = decode_unit(as_plane(added / np.maximum(cover, _MIN_COVERAGE))) * cover
+    return as_plane(np.dstack([light, coverage]))
 
 
 def luminance(pixels: Pixels) -> Plane:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.picture import Picture, as_light, brightest_shown, where_covered
-from fire_atlas.core.pixels import REC709, Plane, as_plane, encode_unit, unpremultiply
+from fire_atlas.core.pixels import REC709, Plane, as_plane, light_added
 
 SKY_LUMINANCE = {"srgb": 0.88, "linear": 0.68}
 """Luminance of a bright sky, in the encoding in which a client blends."""
@@ -94,9 +94,6 @@ def thin_cover(
     if fire is not None:
         pixels = as_light(np.ascontiguousarray(fire.whole[covered]))
         behind = fire.smoke[covered]
-    shown = pixels[..., :3]
-    if blend_space != "linear":
-        shown = as_plane(encode_unit(unpremultiply(pixels)) * pixels[..., 3:])
-    light = cover_of_light(needed, shown, blend_space, behind)
+    light = cover_of_light(needed, light_added(pixels, blend_space), blend_space, behind)
     cover[covered] = 1 - (1 - hides) * (1 - light)
     return cover

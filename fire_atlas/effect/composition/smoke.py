@@ -12,11 +12,10 @@ from typing import Literal
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from fire_atlas.core.easing import smooth_step
 from fire_atlas.core.picture import Picture, as_light, where_covered
-from fire_atlas.core.pixels import Pixels, Plane, as_plane, decode_unit, encode_unit
+from fire_atlas.core.pixels import Pixels, Plane, as_plane, light_added, pixels_of_added
 from fire_atlas.effect.composition.cover import cover_of_light
 
 _DULL, _BRIGHT = 0.6, 1.0
@@ -64,7 +63,7 @@ class Smoke:
         vivid colours: a thin flame whose dim red hides more than it shines is a flame.
         """
         coverage = np.clip(pixels[..., 3], 0, 1)
-        shown = _shown(pixels, blend_space)
+        shown = light_added(pixels, blend_space)
         colour = shown / np.maximum(coverage, _MIN_COVERAGE)[..., None]
         brightest, greyest = colour.max(axis=2), colour.min(axis=2)
         # What is nearly black has the hue of what is around it.
@@ -83,18 +82,18 @@ class Smoke:
     def pixels(self, blend_space: str) -> Pixels:
         """Return the layer as pixels (H, W, 4)."""
         shown = np.repeat(self.grey[..., None], 3, axis=2)
-        return _as_pixels(shown, self.coverage, blend_space)
+        return pixels_of_added(shown, self.coverage, blend_space)
 
     def taken_from(self, pixels: Pixels, cover: Cover, blend_space: str) -> Pixels:
         """Return ``pixels`` (H, W, 4) without this smoke, to be shown over it.
 
         Args:
             pixels: The picture.
-            cover: How much of the smoke a fire of the coverage F hides: ``full``, F; ``thin``, F²;
-                ``none``, nothing.
+            cover: How much of the smoke a fire of the coverage F hides: ``full``, F; ``thin``,
+                what ``cover_of_light`` returns; ``none``, nothing.
             blend_space: Encoding in which the client blends.
         """
-        shown, whole = _shown(pixels, blend_space), np.clip(pixels[..., 3], 0, 1)
+        shown, whole = light_added(pixels, blend_space), np.clip(pixels[..., 3], 0, 1)
         room = np.maximum(1 - self.coverage, _MIN_COVERAGE)
         coverage = np.where(self.coverage < whole, 1 - np.minimum((1 - whole) / room, 1), 0)
         if cover != "none":
@@ -107,7 +106,7 @@ class Smoke:
             "none": np.zeros_like(coverage),
         }[cover]
         light = np.maximum(shown - ((1 - hides) * self.grey)[..., None], 0)
-        return _as_pixels(
+        return pixels_of_added(
             light, np.maximum(coverage, np.minimum(light.max(axis=2), 1)), blend_space
         )
 
@@ -128,24 +127,3 @@ def hidden_by_smoke(flame: Picture, blend_space: str) -> Plane:
         pixels = as_light(np.ascontiguousarray(flame[covered]))
         hidden[covered] = Smoke.of(pixels, blend_space).coverage
     return hidden
-
-
-def _shown(pixels: Pixels, blend_space: str) -> NDArray[np.float32]:
-    """Return the light (H, W, 3) that a client adds for pixels: sRGB(c) · coverage, or c · coverage
-    where it blends in linear light."""
-    if blend_space == "linear":
-        return pixels[..., :3]
-    coverage = np.maximum(pixels[..., 3:], _MIN_COVERAGE)
-    return as_plane(encode_unit(as_plane(pixels[..., :3] / coverage)) * pixels[..., 3:])
-
-
-def _as_pixels(
-    shown: NDArray[np.float32], coverage: NDArray[np.float32], blend_space: str
-) -> Pixels:
-    """Return pixels (H, W, 4) of which a client adds the light ``shown`` (H, W, 3); the inverse of
-    ``_shown``."""
-    light = shown
-    if blend_space != "linear":
-        cover = coverage[..., None]
-        light = decode_unit(as_plane(shown / np.maximum(cover, _MIN_COVERAGE))) * cover
-    return as_plane(np.dstack([light, coverage]))

@@ -18,7 +18,15 @@ from numpy.typing import NDArray
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.easing import smooth_step
 from fire_atlas.core.picture import Picture, as_light
-from fire_atlas.core.pixels import Pixels, Plane, as_plane, decode_unit, encode_unit
+from fire_atlas.core.pixels import (
+    Pixels,
+    Plane,
+    as_plane,
+    decode_unit,
+    encode_unit,
+    light_added,
+    pixels_of_added,
+)
 from fire_atlas.core.workers import Workers
 from fire_atlas.vision.activity import activity
 from fire_atlas.vision.sampling import evenly_spread
@@ -126,10 +134,7 @@ class DarkRoom:
         shown = np.maximum(shown - self.veil * taken[..., None], 0)
         bright = decode_unit(shown) if blend_space == "linear" else shown
         coverage = np.maximum(np.minimum(bright.max(axis=2), pixels[..., 3]), self.things)
-        if blend_space == "linear":
-            return as_plane(np.dstack([bright, coverage]))
-        colour = decode_unit(as_plane(shown / np.maximum(coverage, _MIN_COVERAGE)[..., None]))
-        return as_plane(np.dstack([colour * coverage[..., None], coverage]))
+        return pixels_of_added(bright, coverage, blend_space)
 
 
 def _border(height: int, width: int) -> NDArray[np.bool_]:
@@ -217,7 +222,5 @@ def without_room(clip: Clip, workers: Workers, note: Callable[[str], None]) -> C
 
 def _shown(pixels: Pixels, blend_space: str) -> NDArray[np.float32]:
     """Return what a client shows of pixels over black, (H, W, 3), sRGB in 0..1."""
-    if blend_space == "linear":
-        return encode_unit(np.ascontiguousarray(pixels[..., :3]))
-    coverage = np.maximum(pixels[..., 3:], _MIN_COVERAGE)
-    return as_plane(encode_unit(as_plane(pixels[..., :3] / coverage)) * pixels[..., 3:])
+    added = light_added(pixels, blend_space)
+    return encode_unit(np.ascontiguousarray(added)) if blend_space == "linear" else added
