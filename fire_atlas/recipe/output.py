@@ -222,13 +222,13 @@ class Atlas(Settings):
     ``name.ramp.png``."""
     alpha: Literal["straight", "premultiplied", "additive"] = "straight"
     """How alpha is stored. ``straight``, the default, is what most clients expect.
-    ``premultiplied``: light and what it hides are stored apart, so that thin fire brightens what is
-    behind it; the default of fire for Godot and Unity alone, whose files bring the material, and
+    ``premultiplied``: light and what it hides are stored apart, so that thin fire does not darken
+    what is behind it; the default of fire for Godot and Unity alone, whose files bring the material, and
     with ``pixels: heat``. ``additive``: light on black, alpha 0. Ramps are ``premultiplied`` or
     ``additive``."""
     cover: Literal["auto", "full"] = "auto"
-    """What light hides of what is behind it, with ``alpha: premultiplied``. ``auto``: little where
-    the fire is thin, so that it brightens a bright background too; smoke, wood and drawn art hide
+    """What light hides of what is behind it, with ``alpha: premultiplied``. ``auto``: less where
+    the fire is thin, so that it does not darken a bright background; smoke, wood and drawn art hide
     as they are. ``full``: as much as it is bright, as straight pages do."""
     blend_space: Literal["srgb", "linear"] = "srgb"
     """Encoding in which the client blends: ``srgb`` (Godot 2D, Pixi, Phaser, canvas, Unity gamma)
