@@ -224,8 +224,8 @@ class Atlas(Settings):
     """How alpha is stored. ``straight``, the default, is what most clients expect.
     ``premultiplied``: light and what it hides are stored apart, so that thin fire does not darken
     what is behind it; the default of fire for Godot and Unity alone, whose files bring the
-    material, and with ``pixels: heat``. ``additive``: light on black, alpha 0. Ramps are ``premultiplied`` or
-    ``additive``."""
+    material, and with ``pixels: heat``. ``additive``: light on black, alpha 0. Ramps are
+    ``premultiplied`` or ``additive``."""
     cover: Literal["auto", "full"] = "auto"
     """What light hides of what is behind it, with ``alpha: premultiplied``. ``auto``: less where
     the fire is thin, so that it does not darken a bright background; smoke, wood and drawn art hide
