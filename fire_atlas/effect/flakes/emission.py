@@ -19,7 +19,7 @@ from fire_atlas.vision.pixel_grid import PixelGrid
 TICK = 1 / 60
 """Time step, s, in which flakes are spawned and fly, whatever the frame rate."""
 
-_ROOMY = 96.0
+ROOMY = 96.0
 """Height, px, of frames below which soft flakes, of a pixel each, would be a cloud: there are as
 many fewer as the frame has fewer pixels."""
 
@@ -203,7 +203,7 @@ class EmitterSettings:
         is_hard = flakes.sprite == "pixel"
         width_ratio = float(median / drawn_width(median, art)) if is_hard else 1.0
         duration = math.inf if clip.loop else clip.body / clip.fps
-        room = 1.0 if is_hard else min(clip.height / _ROOMY, 1.0) ** 2
+        room = 1.0 if is_hard else min(clip.height / ROOMY, 1.0) ** 2
         automatic = automatic_rate(moving_area, width_ratio, duration, room)
         rate = automatic if flakes.rate == "auto" else flakes.rate
         bursts, sparks = _bursts_of(flakes, rate)

@@ -13,6 +13,7 @@ from fire_atlas.atlas.remedies import (
 from fire_atlas.atlas.sheet import AtlasSheet
 from fire_atlas.core.context import BuildContext
 from fire_atlas.core.errors import OutputError
+from fire_atlas.effect.flakes.emission import ROOMY
 from fire_atlas.pipeline.animation.contribution import FinishedAnimation
 from fire_atlas.recipe.load import LoadedRecipe
 from fire_atlas.recipe.output import Atlas
@@ -77,12 +78,16 @@ def _remedies(
         width, height = size
         most = max(len(animation) for animation in frames.animations)
         as_many, as_high = _kept(loaded, most, height)
-        # Of another size or length, generated fire is another fire.
         is_footage = isinstance(recipe.source, FramesSource)
-        made = frames if is_footage else frames.untrimmed((width, height))
+
+        def made_at(other: int) -> PageFrames:
+            # Of another size or length, generated fire is another fire; and where flakes are few,
+            # a single one decides how large its frame is.
+            is_alike = is_footage and (other >= ROOMY or recipe.flakes == "none")
+            return frames if is_alike else frames.untrimmed((width, height))
 
         def fits_at(smaller: int) -> bool:
-            return made.scaled(smaller / height).pages(atlas) <= pages
+            return made_at(smaller).scaled(smaller / height).pages(atlas) <= pages
 
         if smaller := largest(fits_at, _LEAST_HEIGHT, height - 1):
             as_wide = f" and source.width: {max(_LEAST_HEIGHT, width * smaller // height)}"
@@ -91,7 +96,7 @@ def _remedies(
         if recipe.timeline.tail is False and not recipe.wind.levels:
 
             def fits_with(count: int) -> bool:
-                return made.shortened(count).pages(atlas) <= pages
+                return made_at(height).shortened(count).pages(atlas) <= pages
 
             if fewer := largest(fits_with, _LEAST_FRAMES, most - 1):
                 # A pingpong has an even number of frames.
