@@ -31,7 +31,11 @@ _BLACK = np.float32(0.2 / 255)
 """Mean of the brightest channel around, as the client shows it, up to which there is no hue."""
 
 _PALE, _VIVID = 0.25, 0.75
-"""Saturation up to which what hides is smoke, and from which it is flame."""
+"""Saturation up to which what hides is smoke, and from which it is flame, if it glows."""
+
+_UNLIT, _GLOWING = 0.2, 0.6
+"""Brightest channel of a colour, as the client shows it, up to which it is that of smoke in the
+light of a flame, and from which it is a flame's own."""
 
 _MIN_COVERAGE = np.float32(1e-6)
 """Minimum coverage that light is divided by."""
@@ -59,8 +63,8 @@ class Smoke:
     def of(cls, pixels: Pixels, blend_space: str) -> "Smoke":
         """Return the smoke in a picture (H, W, 4) whose coverage is its own.
 
-        What of a colour is grey and dull is smoke, and so is coverage that no light needs, but for
-        vivid colours: a thin flame whose dim red hides more than it shines is a flame.
+        What of a colour is grey and dull is smoke, and so is coverage that no light needs, but of
+        colours that are vivid and glow: thin fire whose red hides more than it shines is a flame.
         """
         coverage = np.clip(pixels[..., 3], 0, 1)
         shown = light_added(pixels, blend_space)
@@ -68,10 +72,15 @@ class Smoke:
         brightest, greyest = colour.max(axis=2), colour.min(axis=2)
         # What is nearly black has the hue of what is around it.
         side = 2 * max(1, round(_AROUND * len(pixels))) + 1
-        around = cv2.blur(shown, (side, side), borderType=cv2.BORDER_CONSTANT)
+        around, covered = (
+            cv2.blur(plane, (side, side), borderType=cv2.BORDER_CONSTANT)
+            for plane in (shown, coverage)
+        )
         most, least = around.max(axis=2), around.min(axis=2)
         saturation = (most - least) / np.maximum(most, _BLACK)
-        dull = 1 - smooth_step((saturation - _PALE) / (_VIVID - _PALE))
+        glow = most / np.maximum(covered, _MIN_COVERAGE)
+        vivid = smooth_step((saturation - _PALE) / (_VIVID - _PALE))
+        dull = 1 - vivid * smooth_step((glow - _UNLIT) / (_GLOWING - _UNLIT))
         grey = greyest * (1 - smooth_step((brightest - _DULL) / (_BRIGHT - _DULL)))
         fire = coverage * (brightest - grey) / (1 - grey)
         smoke = (coverage - fire) / np.maximum(1 - fire, _MIN_COVERAGE)

@@ -91,6 +91,20 @@ def test_dull_grey_is_smoke_and_saturated_light_is_fire(space: str) -> None:
     assert np.allclose(fire, orange, atol=1e-4) and smoke.max() < 1e-3
 
 
+@pytest.mark.parametrize("colour", [(0, 0, 0), (0.010, 0.004, 0.001), (0.014, 0.0, 0.0)], ids=str)
+def test_smoke_that_a_flame_lights_hides_whatever_its_hue(
+    colour: tuple[float, float, float],
+) -> None:
+    smoke = np.zeros((64, 64, 4), np.float32)
+    smoke[..., :3] = np.array(colour, np.float32) * 0.4
+    smoke[..., 3] = 0.4
+    hidden = Smoke.of(smoke, "srgb").coverage[8:-8, 8:-8]
+    assert hidden.min() > 0.32, "some of it is its own light"
+    flame = smoke.copy()
+    flame[..., :3] = np.array([0.5, 0.05, 0.0], np.float32) * 0.4
+    assert Smoke.of(flame, "srgb").coverage[8:-8, 8:-8].max() < 0.01, "red that glows is a flame"
+
+
 def test_black_smoke_keeps_back_what_its_optical_depth_states() -> None:
     depth = np.linspace(0, 5, 50, dtype=np.float32)[None]
     black = np.zeros((1, 50, 4), np.float32)
