@@ -32,7 +32,7 @@ Factor = Annotated[float, Field(gt=0, le=1000)]
 
 FuelName = Literal["wood", "candle", "gas"]
 
-Shape = Literal["sphere", "log", "match", "wax", "wick"]
+Shape = Literal["sphere", "log", "match", "wax", "wick", "wrap"]
 
 _MAX_SHEETS = 10_000
 
@@ -155,8 +155,9 @@ class Intruder(Settings):
 
     shape: Shape
     """``sphere``, ``log`` (a lying cylinder), ``match`` (a stick whose head catches fire in a
-    flame, chars and goes on burning), ``wax`` (a cylinder lit from within, as of a candle), or
-    ``wick`` (a charred thread whose end glows in a flame)."""
+    flame, chars and goes on burning), ``wax`` (a cylinder lit from within, as of a candle),
+    ``wick`` (a charred thread whose end glows in a flame), or ``wrap`` (cloth wound around a stick,
+    as a torch's head)."""
     at: Place | None = None
     """[x, y, z] of its middle (of a match: its head; of a wick: its foot), heights, if it does not
     move."""

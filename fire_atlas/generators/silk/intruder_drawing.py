@@ -1,5 +1,7 @@
 """Draw intruders, lit by the flames: logs char and glow in their cracks, wicks and matches glow.
 
+Logs and wraps are rough: their radius varies over them, also at their outlines.
+
 Every sample's line of sight is cut with the bodies, so that a log looks the same from all sides.
 Positions and normals are in camera axes (right, down, away from the camera), heights.
 """
@@ -24,13 +26,15 @@ Points = NDArray[np.float64]
 _BARK = np.array([0.150, 0.082, 0.042])
 _CHAR = np.array([0.016, 0.013, 0.011])
 _CUT = np.array([0.20, 0.12, 0.06])
+_ASH = np.array([0.33, 0.31, 0.29])
+_CLOTH = np.array([0.13, 0.095, 0.06])
 _STICK = np.array([0.55, 0.36, 0.18])
 _HEAD = np.array([0.16, 0.02, 0.012])
 _STONE = np.array([0.14, 0.13, 0.125])
 _WAX = np.array([0.72, 0.56, 0.35])
 _COTTON = np.array([0.30, 0.24, 0.17])
-"""Linear colours of bark, charred wood, the ends of logs, matchsticks, match heads, spheres, wax
-and wicks that are not charred."""
+"""Linear colours of bark, charred wood, the ends of logs, ash, cloth, matchsticks, match heads,
+spheres, wax and wicks that are not charred."""
 
 _GLOW = np.array([2.2, 0.36, 0.03])
 """Light of wood that glows, before exposure: that of a black body of about 1300 K."""
@@ -63,6 +67,18 @@ _CONTACT = 0.018
 _EDGE_RAYS = ((-0.375, -0.125), (0.125, -0.375), (0.375, 0.125), (-0.125, 0.375))
 """Lines of sight through a sample at the edge of a body: right and down of its middle, samples. No
 two are in one row or column, for upright and level edges."""
+
+_LOG_RELIEF, _WRAP_RELIEF = 0.3, 0.22
+"""How much smaller the radius is in a furrow of a log and between turns of a wrap, radii."""
+
+_SCORCHED = 0.6
+"""How near to the fire wood glows, relative to how near it is charred."""
+
+_RELIEF_STEPS = 3
+"""How often the radius is looked up where a line of sight meets the body of that radius."""
+
+_BAND = 0.62
+"""Width of a band of cloth around a wrap, radii."""
 
 _GRAIN_WAVES = 24
 """Number of waves summed for the bark, and for the cracks."""
@@ -172,12 +188,11 @@ def surface_depth(
 ) -> Points:
     """Return the depth (n,), heights, of the visible ``bodies`` at ``time`` s behind places (n,) of
     the frame, px; infinite where none is."""
-    start, change = camera.rays(x, y)
     nearest = np.full(len(x), np.inf)
-    for body in bodies:
+    for i, body in enumerate(bodies):
         if body.visible:
-            ends = camera.view_of(np.stack(body.ends(time)))
-            nearest = np.minimum(nearest, _intersect(body, ends, start, change).depth)
+            seen = _SeenBody.of(body, i, body.ends(time), camera)
+            nearest = np.minimum(nearest, seen.cast(x, y)[0].depth)
     return nearest
 
 
@@ -195,13 +210,13 @@ def _draw(
     if box is None:
         return
     y, x = np.mgrid[box[0], box[1]] + 0.5
-    seen = camera.view_of(np.stack(ends))
-    hit, position = _cast(body, seen, camera, x / samples, y / samples)
-    share = _smooth_edge(body, seen, camera, samples, (x, y), hit, position)
+    seen = _SeenBody.of(body, number, ends, camera)
+    hit, position = seen.cast(x / samples, y / samples)
+    share = _smooth_edge(seen, samples, (x, y), hit, position)
     buffers.coverage[box] = np.maximum(buffers.coverage[box], share)
     at = np.nonzero((share > 0) & (hit.depth < buffers.position[box][..., 2]))
     target = at[0] + box[0].start, at[1] + box[1].start
-    surface = _surface(body, number, ends, camera, position[at], hit.normal[at], hearth)
+    surface = _surface(seen, position[at], hit.normal[at], hearth)
     buffers.position[target] = position[at]
     buffers.normal[target] = surface.normal
     buffers.colour[target] = surface.colour
@@ -236,20 +251,68 @@ class _Hit:
     normal: Points
 
 
-def _cast(
-    body: IntruderBody, ends: Points, camera: Camera, x: Points, y: Points
-) -> tuple[_Hit, Points]:
-    """Return where the lines of sight through x and y (...), px, meet a body, and the position
-    (..., 3) of these places."""
-    start, change = camera.rays(x, y)
-    hit = _intersect(body, ends, start, change)
-    return hit, start + np.where(np.isfinite(hit.depth), hit.depth, 0.0)[..., None] * change
+@dataclass(frozen=True, slots=True)
+class _SeenBody:
+    """A body before a camera, in camera axes.
+
+    Attributes:
+        body: What it is.
+        number: Its number; no two have the same grain.
+        ends: (2, 3) both ends of its middle line, heights.
+        along, level: (3,) unit vectors along it and across it. They turn with it, so that its grain
+            is the same from any side.
+        camera: The camera.
+    """
+
+    body: IntruderBody
+    number: int
+    ends: Points
+    along: Points
+    level: Points
+    camera: Camera
+
+    @classmethod
+    def of(
+        cls, body: IntruderBody, number: int, ends: tuple[Points, Points], camera: Camera
+    ) -> Self:
+        """Place a body between its ``ends``, in world coordinates, before ``camera``."""
+        length = max(float(np.sqrt((body.axis * body.axis).sum())), 1e-9)
+        along, level = camera.view_of(body.axis / length), camera.view_of(_level_across(body.axis))
+        return cls(body, number, camera.view_of(np.stack(ends)), along, level, camera)
+
+    def place(self, position: Points) -> tuple[Points, Points]:
+        """Return where ``position`` (..., 3) is on the body: distance along it, radii, and angle
+        around it, rad, (...) each."""
+        from_end = position - self.ends[0]
+        across = np.cross(self.along, self.level)
+        angle = np.arctan2(from_end @ across, from_end @ self.level)
+        return from_end @ self.along / self.body.radius, angle
+
+    def cast(self, x: Points, y: Points) -> tuple[_Hit, Points]:
+        """Return where the lines of sight through x and y (...), px, meet the body, and the
+        position (..., 3) of these places."""
+        start, change = self.camera.rays(x, y)
+        radius = np.full(np.shape(x), self.body.radius)
+        hit = _intersect(self.body, self.ends, radius, start, change)
+        if self.body.shape in ("log", "wrap"):
+            for _ in range(_RELIEF_STEPS):
+                found = np.isfinite(hit.depth)
+                position = start[found] + hit.depth[found][:, None] * change[found]
+                radius[found] = self.body.radius * self._relief(*self.place(position))
+                hit = _intersect(self.body, self.ends, radius, start, change)
+        return hit, start + np.where(np.isfinite(hit.depth), hit.depth, 0.0)[..., None] * change
+
+    def _relief(self, share: Points, angle: Points) -> Points:
+        """Return the radius at places (n,) of a rough body, relative to its largest."""
+        if self.body.shape == "wrap":
+            return np.asarray(1 - _WRAP_RELIEF * (1 - _wound(self.number, share, angle)[0]))
+        chance = generator(self.number, RandomStream.SHEETS, 3)
+        knots, _, _ = _grain(chance, share, angle, (0.1, 1.4), (1, 6))
+        return np.asarray(1 - _LOG_RELIEF * _unit(0.5 - 0.35 * knots))
 
 
 def _smooth_edge(
-    body: IntruderBody,
-    ends: Points,
-    camera: Camera,
+    seen: _SeenBody,
     samples: int,
     middles: tuple[Points, Points],
     hit: _Hit,
@@ -267,7 +330,7 @@ def _smooth_edge(
     share[edge] = 0
     for right, down in _EDGE_RAYS:
         x, y = (middles[0][edge] + right) / samples, (middles[1][edge] + down) / samples
-        other, place = _cast(body, ends, camera, x, y)
+        other, place = seen.cast(x, y)
         is_hit = np.isfinite(other.depth)
         share[edge] += is_hit / np.float32(len(_EDGE_RAYS))
         new = is_hit & ~np.isfinite(hit.depth[edge])
@@ -277,8 +340,11 @@ def _smooth_edge(
     return share
 
 
-def _intersect(body: IntruderBody, ends: Points, start: Points, change: Points) -> _Hit:
-    """Cut lines of sight with a body between ``ends`` (2, 3): logs have flat ends, others round."""
+def _intersect(
+    body: IntruderBody, ends: Points, radius: Points, start: Points, change: Points
+) -> _Hit:
+    """Cut lines of sight with a body between ``ends`` (2, 3), of the ``radius`` (...) that it has
+    where each meets it: cylinders have flat ends, others round."""
     along = ends[1] - ends[0]
     length = float(np.sqrt((along * along).sum()))
     axis = along / length if length else np.array([1.0, 0.0, 0.0])
@@ -286,10 +352,10 @@ def _intersect(body: IntruderBody, ends: Points, start: Points, change: Points) 
         return _cut_match(ends, axis, body.radius, start, change)
     best = _Hit(np.full(start.shape[:-1], np.inf), np.zeros_like(start))
     if length:
-        best = _nearer(best, _side(axis, length, body.radius, start - ends[0], change))
+        best = _nearer(best, _side(axis, length, radius, start - ends[0], change))
     for end, outwards in ((ends[0], -axis), (ends[1], axis)):
         if body.is_cylinder and length:
-            best = _nearer(best, _disc(outwards, body.radius, start - end, change))
+            best = _nearer(best, _disc(outwards, radius, start - end, change))
         else:
             best = _nearer(best, _ball(body.radius, start - end, change))
     return best
@@ -327,7 +393,9 @@ def _ball(radius: float, start: Points, change: Points) -> _Hit:
     return _hit(depth, start, change, lambda at: at / radius)
 
 
-def _side(axis: Points, length: float, radius: float, start: Points, change: Points) -> _Hit:
+def _side(
+    axis: Points, length: float, radius: float | Points, start: Points, change: Points
+) -> _Hit:
     """Cut lines of sight with a cylinder from the origin along ``axis``."""
     across = start - (start @ axis)[..., None] * axis
     turn = change - (change @ axis)[..., None] * axis
@@ -336,10 +404,10 @@ def _side(axis: Points, length: float, radius: float, start: Points, change: Poi
     found = np.where(np.isfinite(depth), depth, 0.0)
     share = (start + found[..., None] * change) @ axis
     depth = np.where((share >= 0) & (share <= length), depth, np.inf)
-    return _hit(depth, across, turn, lambda at: at / radius)
+    return _hit(depth, across, turn, lambda at: at / np.asarray(radius)[..., None])
 
 
-def _disc(axis: Points, radius: float, start: Points, change: Points) -> _Hit:
+def _disc(axis: Points, radius: Points, start: Points, change: Points) -> _Hit:
     """Cut lines of sight with a disc around the origin that faces along ``axis``."""
     slope = change @ axis
     is_front = slope < -1e-9
@@ -364,26 +432,13 @@ class _Surface:
     glow: Points
 
 
-def _surface(
-    body: IntruderBody,
-    number: int,
-    ends: tuple[Points, Points],
-    camera: Camera,
-    position: Points,
-    normal: Points,
-    hearth: Hearth,
-) -> _Surface:
-    """Return the surface of the body ``number`` at ``position`` (n, 3)."""
+def _surface(seen: _SeenBody, position: Points, normal: Points, hearth: Hearth) -> _Surface:
+    """Return the surface of a body at ``position`` (n, 3)."""
+    body, number, camera, along = seen.body, seen.number, seen.camera, seen.along
     dark = np.zeros_like(position)
     if not body.axis.any():
         return _Surface(normal, dark + _STONE, dark)
-    length = float(np.sqrt((body.axis * body.axis).sum()))
-    along = camera.view_of(body.axis / length)
-    from_end = position - camera.view_of(ends[0])
-    share = from_end @ along / body.radius
-    # Two directions across it that turn with it, so that its grain is the same from any side.
-    level = camera.view_of(_level_across(body.axis))
-    angle = np.arctan2(from_end @ np.cross(along, level), from_end @ level)
+    share, angle = seen.place(position)
     if body.is_match:
         return _match(number, (share, angle), normal, hearth.burnt[number])
     away = position - camera.view_of(hearth.centre)
@@ -395,14 +450,19 @@ def _surface(
         facing /= np.sqrt((facing * facing).sum(axis=1, keepdims=True))
         return _Surface(facing, dark + _WAX, dark)
     if body.shape == "wick":
-        up = share * body.radius / length
+        up = share * body.radius / math.dist(*seen.ends)
         # The flame stands above its foot, so a wick in it is hot all the way up.
         level = np.sqrt(np.maximum(distance**2 - (away @ camera.view_of(_UP)) ** 2, 0.0))
         return _wick(up, normal, hearth.heat(level) * hearth.beat(up))
+    heat = hearth.heat(distance)
+    if body.shape == "wrap":
+        return _wrap(number, (share, angle), normal, along, heat, hearth)
+    from_end = position - seen.ends[0]
     across = from_end - (from_end @ along)[:, None] * along
     ring = np.sqrt((across * across).sum(axis=1)) / body.radius
-    heat = hearth.heat(distance)
-    return _wood(number, (share, angle, ring), normal, (along, level), heat, hearth)
+    scorch = hearth.heat(_SCORCHED * distance)
+    axes = along, seen.level
+    return _wood(number, (share, angle, ring), normal, axes, heat, scorch, hearth)
 
 
 def _match(number: int, place: tuple[Points, Points], normal: Points, burnt: float) -> _Surface:
@@ -439,6 +499,48 @@ def _wick(up: Points, normal: Points, heat: Points) -> _Surface:
     return _Surface(normal, _COTTON + (_CHAR - _COTTON) * charred, _GLOW * glow)
 
 
+def _wound(number: int, share: Points, angle: Points) -> tuple[Points, Points, Points]:
+    """Return what cloth wound around a stick in slanting bands shows at places (n,): height, 0 in
+    the crease between two bands to 1 on a band; slope towards the stick's end; and its weave, noise
+    of rms 1."""
+    chance = generator(number, RandomStream.SHEETS, 3)
+    weave, _, _ = _grain(chance, share, angle, (1.0, 9.0), (2, 12))
+    loose, _, _ = _grain(chance, share, angle, (0.3, 1.5), (1, 3))
+    turn = np.pi * (share + 0.05 * loose) / _BAND + angle / 2
+    return np.sqrt(np.abs(np.sin(turn))), np.cos(turn) * np.sign(np.sin(turn)), weave
+
+
+def _wrap(
+    number: int,
+    place: tuple[Points, Points],
+    normal: Points,
+    along: Points,
+    heat: Points,
+    hearth: Hearth,
+) -> _Surface:
+    """Return the surface of a wrap: cloth, charred where ``heat`` is high, that glows in creases.
+
+    Args:
+        number: Number of the wrap; no two have the same folds.
+        place: (n,) distance along it, radii, and angle around it, rad.
+        normal: (n, 3) normal of the smooth wrap.
+        along: (3,) direction along it.
+        heat: (n,) 0..1.
+        hearth: The fire.
+    """
+    share, angle = place
+    height, slope, weave = _wound(number, share, angle)
+    is_end = np.abs(normal @ along) > 0.9
+    bumpy = np.where(is_end[:, None], normal, normal - (0.5 * slope)[:, None] * along)
+    bumpy /= np.sqrt((bumpy * bumpy).sum(axis=1, keepdims=True))
+    charred = _unit(heat * (1.3 + 0.4 * weave))[:, None]
+    shade = (0.25 + 0.75 * height) * _unit(0.8 + 0.2 * weave)
+    colour = (_CLOTH + (_CHAR - _CLOTH) * charred) * shade[:, None]
+    crease = _unit(1 - height / 0.7) * _unit(0.45 + 0.6 * weave)
+    glow = heat**2 * (0.9 * crease + 0.1 * _unit(0.4 * weave)) * hearth.beat(weave + 0.8 * share)
+    return _Surface(bumpy, colour, _glowing(glow))
+
+
 def _level_across(axis: Points) -> Points:
     """Return a unit vector across ``axis``, level unless the axis is upright."""
     across = np.array([-axis[1], axis[0], 0.0])
@@ -452,9 +554,10 @@ def _wood(
     normal: Points,
     axes: tuple[Points, Points],
     heat: Points,
+    scorch: Points,
     hearth: Hearth,
 ) -> _Surface:
-    """Return the surface of a log: bark, charred where ``heat`` is high, with cracks that glow.
+    """Return the surface of a log: bark, charred where it is scorched, with cracks that glow.
 
     Args:
         number: Number of the log; no two have the same grain.
@@ -463,25 +566,36 @@ def _wood(
         normal: (n, 3) normal of the smooth log.
         axes: Directions along the log, and across it where ``angle`` is 0.
         heat: (n,) 0..1.
+        scorch: (n,) 0..1, heat in the time that it has lain there.
         hearth: The fire.
     """
     along, level = axes
     share, angle, ring = place
     chance = generator(number, RandomStream.SHEETS, 2)
     bark, bark_along, bark_around = _grain(chance, share, angle, (0.03, 0.3), (3, 9))
+    fine, fine_along, fine_around = _grain(chance, share, angle, (0.2, 2.5), (9, 26))
     crack, crack_along, crack_around = _grain(chance, share, angle, (0.7, 2.4), (1, 5))
     is_end = np.abs(normal @ along) > 0.9
-    rough = 0.10 * bark_along + 0.05 * crack_along, 0.07 * bark_around + 0.12 * crack_around
+    rough = (
+        0.10 * bark_along + 0.05 * crack_along + 0.08 * fine_along,
+        0.07 * bark_around + 0.12 * crack_around + 0.03 * fine_around,
+    )
     across = -np.sin(angle)[:, None] * level + np.cos(angle)[:, None] * np.cross(along, level)
     tilt = rough[0][:, None] * along + rough[1][:, None] * across
     bumpy = np.where(is_end[:, None], normal, normal - tilt)
     bumpy /= np.sqrt((bumpy * bumpy).sum(axis=1, keepdims=True))
     furrow = np.where(
-        is_end, 0.75 + 0.25 * np.sin(16 * ring), 0.45 + 0.55 * _unit(0.5 + 0.6 * bark)
+        is_end,
+        0.75 + 0.25 * np.sin(16 * ring),
+        0.25 + 0.75 * _unit(0.5 + 0.45 * bark + 0.3 * fine),
     )
     plain = np.where(is_end[:, None], _CUT, _BARK)
-    charred = _unit(heat * (1.5 + np.where(is_end, 0.0, 0.6 * bark)))[:, None]
-    colour = (plain + (_CHAR - plain) * charred) * furrow[:, None]
+    charred = _unit(scorch * (1.5 + np.where(is_end, 0.0, 0.6 * bark)))[:, None]
+    # What has burnt longest is white with ash on its scales.
+    ash = _unit(2.5 * heat - 1.4) * _unit(0.3 + 0.5 * bark - 0.3 * np.abs(crack))
+    colour = plain + (_CHAR - plain) * charred
+    colour += (_ASH - colour) * np.where(is_end, 0.0, ash)[:, None]
+    colour *= furrow[:, None]
     # Furrows are deep: seen at a slant, their walls hide the glow and shade one another.
     facing = smooth_step(-1.6 * normal[:, 2])
     rings = heat**2 * (0.25 + 0.25 * np.sin(5 * ring + 2 * bark * ring))

@@ -21,7 +21,7 @@ Segment = tuple[NDArray[np.float64], NDArray[np.float64]]
 _FALLOFF = 0.03
 """Beyond its surface an intruder's force falls to 1/e over its radius plus this, heights."""
 
-_CYLINDERS = ("log", "wax")
+_CYLINDERS = ("log", "wax", "wrap")
 
 _SURFACE_ACCELERATION = 12.0
 """Acceleration at the surface of an intruder of strength 1, heights/s²."""

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.chance import RandomStream, generator
+from fire_atlas.core.easing import smooth_step
 from fire_atlas.core.noise import PlaneWaves, curl_differences, random_wave_vectors
 from fire_atlas.core.pixels import Plane, as_plane
 from fire_atlas.generators.silk.fuel import Burner
@@ -37,8 +38,9 @@ _SUPPLY_WAVES = 12
 INLET_HEIGHT = 0.07
 """Height of the fuel inlet in its middle, sheet heights."""
 
-_INLET_CURVE, _INLET_DEPTH = 0.10, 0.035
-"""Additional height of the inlet at its sides, and distance over which it fades, sheet heights."""
+_INLET_CURVE, _INLET_DEPTH, _INLET_DEPTH_BELOW = 0.10, 0.035, 0.042
+"""Additional height of the inlet at its sides, and distances over which it fades above and below,
+sheet heights."""
 
 _LONGEST_WAY = 0.45
 """Maximum distance that the gas goes in a time step, inlet depths. With half of it, flames are as
@@ -55,6 +57,13 @@ _GRAIN_HEIGHT = 0.16
 
 _MIXING_RADIUS = 0.016
 """Distance over which air mixes into the flame, sheet heights."""
+
+_GAP, _CLOSING = 0.022, 6.0
+"""Reach to either side across which fire closes a gap in it, and how fast: the part of what is
+lacking per sheet height that the gas rises, sheet heights."""
+
+_COOL_HEIGHT = 0.22
+"""Height up to which gas is still so cool that the foot of a flame is dim, sheet heights."""
 
 _MOTION_CELL = 2
 """Texture pixels per cell of the recorded motion, which is smooth."""
@@ -122,10 +131,22 @@ def synthesise_texture(
             advection.follow(right, up)
             if part == steps - 1:
                 motion[n] = advection.displacement()
-        fuel = _consume(advection.advect(fuel, right, up), burnt, burner.mixing, height)
+        fuel = _with_gaps_closed(advection.advect(fuel, right, up), way)
+        fuel = _consume(fuel, burnt, burner.mixing, height)
         fuel = inlet.replenish(fuel, step / steps)
-    heat = np.clip(heat, 0.0, 1.25) * edge_fade(shape)
+    warm = burner.foot_heat + (1 - burner.foot_heat) * smooth_step(v / _COOL_HEIGHT)
+    heat = np.clip(heat, 0.0, 1.25) * edge_fade(shape) * as_plane(warm)[:, None]
     return TextureLoop(heat[..., None], motion)
+
+
+def _with_gaps_closed(fuel: Plane, way: float) -> Plane:
+    """Return ``fuel`` after the gas has risen by ``way``, with narrow gaps between fire filled as
+    far as the less of both sides."""
+    reach = max(1, round(_GAP * len(fuel)))
+    beside = np.pad(fuel, ((0, 0), (reach, reach)))
+    less = np.minimum(beside[:, : -2 * reach], beside[:, 2 * reach :])
+    part = np.float32(-math.expm1(-_CLOSING * way))
+    return as_plane(fuel + part * np.maximum(less - fuel, 0.0))
 
 
 def _consume(fuel: Plane, burnt: np.float32, mixing: float, height: int) -> Plane:
@@ -170,7 +191,7 @@ class _FuelInlet:
         supply = self._profile * np.clip(1 + burner.flicker * tongues, 0, 1.3)
         supply = as_plane(supply * np.clip(1 + burner.grain * grain, 0, 1.4))
         above = self._above - np.float32(burner.ragged) * feet
-        depth = np.where(above > 0, np.float32(_INLET_DEPTH), np.float32(0.6 * _INLET_DEPTH))
+        depth = np.where(above > 0, np.float32(_INLET_DEPTH), np.float32(_INLET_DEPTH_BELOW))
         mask = -np.expm1(self._filling * np.exp(-((above / depth) ** 2)))
         return as_plane(fuel + np.maximum(supply - fuel, 0.0) * mask)
 

@@ -36,10 +36,15 @@ _MATCH_FLAME, _WICK_FLAME = (19.0, 22.0), (3.6, 6.0)
 """Width and height of the sheets at the end of a burning match, in radii, and wick, in lengths."""
 
 _LOG_FLAME, _BALL_FLAME = (4.5, 8.0), (2.2, 5.0)
-"""Width and height of the sheets along a burning log and around a burning sphere, radii."""
+"""Width and height of the sheets along a burning log or on a wrap, and around a burning sphere,
+radii."""
 
 _BALL_SHEETS = 8
 """Number of sheets around a burning sphere."""
+
+_LOWERED = 0.06
+"""Greatest distance of a sheet's base below the ground, sheet heights: flames whose sheets vary
+begin a little above it."""
 
 _GOLDEN_ANGLE = 2.399963
 """Turn, rad, from one sheet to the next that spreads any number of them evenly over a disc."""
@@ -235,23 +240,28 @@ def _place_sheets(source: SilkSource, seed: int) -> list[_PlacedSheet]:
     for fire, entry in enumerate(entries):
         fuel = entry.fuel or source.fuel
         if isinstance(entry, Arrangement):
-            placed += [_PlacedSheet(place, fuel, fire) for place in _arrange(entry, chance)]
+            places = _arrange(entry, FUELS[fuel].variety, chance)
+            placed += [_PlacedSheet(place, fuel, fire) for place in places]
         else:
             placement = SheetPlacement(entry.at, entry.width, entry.height, entry.angle)
             placed.append(_PlacedSheet(placement, fuel, single.setdefault(fuel, fire)))
     return placed
 
 
-def _arrange(sheets: Arrangement, chance: np.random.Generator) -> list[SheetPlacement]:
-    """Place the sheets of an arrangement, which vary a little in size and angle."""
+def _arrange(
+    sheets: Arrangement, variety: float, chance: np.random.Generator
+) -> list[SheetPlacement]:
+    """Place the sheets of an arrangement, which vary a little in size and angle; with ``variety``,
+    0..1, more in width, and their feet are not on one line."""
     count = sheets.count
     heights = sheets.height * chance.uniform(0.88, 1.0, count)
-    widths = sheets.width * chance.uniform(0.9, 1.08, count)
+    widths = sheets.width * chance.uniform(0.9 - 0.1 * variety, 1.08 + 0.17 * variety, count)
     jitter = chance.uniform(-0.5, 0.5, (3, count))
+    lowered = heights * chance.uniform(0, _LOWERED * variety, count)
     placements = []
     for i in range(count):
         x, y, angle = _arranged(sheets, i, *(float(value) for value in jitter[:, i]))
-        at = (sheets.at[0] + x, sheets.at[1] + y, sheets.at[2])
+        at = (sheets.at[0] + x, sheets.at[1] + y, sheets.at[2] - float(lowered[i]))
         placements.append(SheetPlacement(at, float(widths[i]), float(heights[i]), angle))
     return placements
 
@@ -291,6 +301,8 @@ def _flames_on(body: IntruderBody) -> list[SheetPlacement]:
         case "wick":
             length = float(np.linalg.norm(body.axis))
             return _crossed_at(first + body.axis, *(length * k for k in _WICK_FLAME))
+        case "wrap":
+            return _crossed_at(first + body.axis, *(body.radius * k for k in _LOG_FLAME))
         case "sphere":
             width, height = (body.radius * k for k in _BALL_FLAME)
             placements = []

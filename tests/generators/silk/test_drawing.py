@@ -172,7 +172,10 @@ def test_a_sooty_sheet_in_front_hides_a_bright_one_behind_it() -> None:
     assert seen[0] > 1.1 * seen[1] > 1.1 * seen[2]
 
 
-@pytest.mark.parametrize("shape", ["sphere", "log", "match", "wax", "wick"])
+FLAT_ENDED = {"log", "wax", "wrap"}
+
+
+@pytest.mark.parametrize("shape", ["sphere", "log", "match", "wax", "wick", "wrap"])
 @pytest.mark.parametrize("distance", [None, 2.0])
 def test_a_body_is_drawn_where_its_surface_is(shape: str, distance: float | None) -> None:
     """Every sample lies on the body's surface, and its normal points away from it.
@@ -201,13 +204,13 @@ def test_a_body_is_drawn_where_its_surface_is(shape: str, distance: float | None
         away = world - nearest_of(one, other, world)
         reach = np.sqrt((away * away).sum(axis=1))
         on[k] = np.abs(reach - radius) < 1e-4
-        if shape in {"log", "wax"}:
+        if shape in FLAT_ENDED:
             assert reach.max() < radius + 1e-4
         else:
             outwards = np.einsum("nd,nd->n", normal, away)
             alone = on[k] & ~on[:k].any(axis=0)
             assert np.allclose(outwards[alone], radius, atol=1e-3) and alone.any()
-    assert shape in {"log", "wax"} or on.any(axis=0).all()
+    assert shape in FLAT_ENDED or on.any(axis=0).all()
 
 
 def nearest_of(
@@ -236,7 +239,7 @@ def drawn_alone(burnt: float = 0.0, **keys: Any) -> IntruderBuffers:
     return draw_intruders([body], 0.0, camera(), 2, hearth)
 
 
-@pytest.mark.parametrize("shape", ["log", "wick"])
+@pytest.mark.parametrize("shape", ["log", "wick", "wrap"])
 def test_what_chars_glows_in_the_fire_and_not_far_from_it(shape: str) -> None:
     def glow(x: float) -> float:
         drawn = drawn_alone(shape=shape, at=[x, 0, 0.05], radius=0.05, length=0.12)
@@ -244,6 +247,37 @@ def test_what_chars_glows_in_the_fire_and_not_far_from_it(shape: str) -> None:
 
     assert glow(0.0) > 0
     assert glow(0.35) == 0
+
+
+def outline(shape: str) -> NDArray[np.float64]:
+    """The widths (rows,) of an upright body, radii, from below its top to above its foot."""
+    body = IntruderBody.of(Intruder.model_validate(
+        {"shape": shape, "at": [0, 0, 0.4], "radius": 0.12, "length": 0.6, "tilt": 90}
+    ))  # fmt: skip
+    hearth = Hearth(np.array([5.0, 0.0, 0.0]), 0.1, 0.0, 1, (0.0,))
+    eye = camera(width=200, height=200)
+    width = draw_intruders([body], 0.0, eye, 2, hearth).coverage.sum(axis=1) / (2 * eye.scale)
+    return np.asarray(width[width > 0][8:-8] / 0.12, np.float64)
+
+
+def test_logs_and_wraps_have_rough_outlines() -> None:
+    wax, log, wrap = (outline(shape) for shape in ("wax", "log", "wrap"))
+    assert np.ptp(wax) < 0.02 and np.allclose(wax, 2, atol=0.05)
+    for rough in (log, wrap):
+        assert 0.05 < np.ptp(rough) < 1.2 and rough.max() < 2.02 and rough.min() > 1.2
+    # Cloth is wound in bands: as many dents as turns of it, 5 radii at 0.62 a band.
+    smooth = np.convolve(wrap - wrap.mean(), np.ones(5) / 5, mode="same")
+    dents = np.count_nonzero(np.diff(np.signbit(smooth).astype(int)) == 1)
+    assert 5 <= dents <= 18, "two sides of seven or eight bands"
+
+
+def test_a_log_is_charred_farther_than_it_glows() -> None:
+    log = drawn_alone(shape="log", at=[0.3, 0, 0.05], radius=0.05, length=0.6, strength=0)
+    covered = log.coverage.sum(axis=0)
+    colour = log.colour.sum(axis=(0, 2)) / np.maximum(covered, 1)
+    bark = np.median(colour[covered > 0][-20:])
+    glows = log.glow.any(axis=(0, 2))
+    assert ((covered > 0) & ~glows & (colour < 0.5 * bark)).sum() > 3
 
 
 def test_the_end_of_a_wick_glows() -> None:

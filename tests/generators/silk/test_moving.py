@@ -51,6 +51,18 @@ def test_the_faster_the_sheets_the_faster_the_rendered_texture_changes() -> None
     assert np.corrcoef(ranks(energy), ranks(change))[0, 1] >= 0.9
 
 
+@pytest.mark.parametrize(("fuel", "widest", "lowest"), [("wood", 1.25, 0.06), ("candle", 1.08, 0)])
+def test_sheets_of_wood_are_unlike_and_do_not_stand_on_one_line(
+    fuel: str, widest: float, lowest: float
+) -> None:
+    line = {"arrangement": "line", "count": 200, "width": 0.2, "height": 0.5, "spread": 8}
+    rest = build_scene(source(fuel=fuel, sheets=line), Wind(), 3, 24).model.rest
+    widths = np.linalg.norm(rest[:, 0, -1] - rest[:, 0, 0], axis=-1) / 0.2
+    assert widths.max() == pytest.approx(widest, abs=0.02)
+    assert np.sort(-rest[:, 0, 0, 2])[-5:] == pytest.approx(0.5 * lowest, abs=0.004)
+    assert rest[:, 0, 0, 2].max() <= 0
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("fuel", ["wood", "candle", "gas"])
 def test_in_a_loop_too_each_texture_is_as_fast_as_its_sheet(fuel: str) -> None:

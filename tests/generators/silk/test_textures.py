@@ -1,6 +1,7 @@
 """The images on the sheets: painted, cut from clips, and synthesised without end."""
 
 import math
+from dataclasses import replace
 from itertools import islice, pairwise
 from pathlib import Path
 
@@ -33,6 +34,7 @@ Array = NDArray[np.float32]
 BURNER = Burner(
     gas_speed=0.07, eddy_strength=0.5, flame_height=0.8, width=0.75, flicker=0.5,
     tongue_width=0.14, entrainment=0.6, grain=0.5, ragged=0.035, mixing=4.0,
+    foot_heat=0.3,
 )  # fmt: skip
 
 
@@ -82,12 +84,37 @@ def test_painted_fire_is_hot_below_and_gone_at_every_edge() -> None:
 
 def test_painted_fire_has_tongues_and_no_two_sequences_are_alike() -> None:
     one, other = (painted(index=k).images[..., 0] for k in (0, 1))
-    # A row a third of the way up is cut into bright and dark several times over.
-    lit = (one[:, 62] > 0.15).astype(int)
+    # A row is cut into bright and dark several times over.
+    lit = (one[:, 56] > 0.3).astype(int)
     tongues = (np.diff(lit, axis=1) == 1).sum(axis=1)
     assert tongues.mean() > 1.3
     assert abs(np.corrcoef(one.ravel() - one.mean(0).repeat(1).mean(), other.ravel())[0, 1]) < 0.9
     assert step(one, other) > 0.1
+
+
+def test_fire_closes_the_gaps_that_its_flow_draws_out_to_threads() -> None:
+    reach, threads, fire = round(0.03 * 192), 0, 0
+    for index in range(3):
+        burner = FUELS["wood"].burner
+        images = synthesise_texture(burner, 16, (192, 96), 0.5, 5, index).images[..., 0]
+        beside = np.pad(images, ((0, 0), (0, 0), (reach, reach)))
+        less = np.minimum(beside[..., : -2 * reach], beside[..., 2 * reach :])
+        fire += int((less > 0.25).sum())
+        threads += int(((images < 0.5 * less) & (less > 0.25)).sum())
+    assert threads / fire < 0.035, "twice as many where gaps stay open"
+
+
+def test_the_foot_of_a_flame_is_as_cool_as_its_fuel_states() -> None:
+    cool, hot = (
+        synthesise_texture(replace(BURNER, foot_heat=heat), 8, (96, 48), 0.5, 5, 0).images
+        for heat in (0.3, 1.0)
+    )
+    rows = cool.sum(axis=(0, 2, 3)) / np.maximum(hot.sum(axis=(0, 2, 3)), 1e-9)
+    up = 1 - (np.arange(96) + 0.5) / 96
+    lit = hot.sum(axis=(0, 2, 3)) > 1
+    assert rows[lit][up[lit] < 0.03].max() < 0.36
+    assert np.allclose(rows[lit][up[lit] > 0.22], 1)
+    assert (np.diff(rows[lit]) <= 1e-6).all()
 
 
 def test_the_motion_of_painted_fire_tells_where_it_goes() -> None:
