@@ -177,9 +177,10 @@ BY_KIND = Discriminator(
 
 
 def _sheets_kind(value: Any) -> str:
-    """Return the tag of an entry of a list of sheets: an arrangement has the key of that name."""
+    """Return the tag of an entry of a list of sheets: an arrangement has the key of that name, or
+    ``on``."""
     if isinstance(value, dict):
-        return ARRANGEMENT.tag if "arrangement" in value else SHEET.tag
+        return ARRANGEMENT.tag if value.keys() & {"arrangement", "on"} else SHEET.tag
     return ARRANGEMENT.tag if hasattr(value, "arrangement") else SHEET.tag
 
 

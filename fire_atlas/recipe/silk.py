@@ -18,7 +18,9 @@ from fire_atlas.recipe.base import (
     NUMBER,
     PAIR,
     SHEET,
+    WORD,
     Auto,
+    Off,
     Settings,
     either,
 )
@@ -53,11 +55,25 @@ class Sheet(Settings):
 
 
 class Arrangement(Settings):
-    """Several sheets in a regular arrangement."""
+    """Several sheets in a regular arrangement, or on what burns."""
 
-    arrangement: Literal["crossed", "ring", "line"] = "crossed"
+    arrangement: Literal["crossed", "ring", "line", "jet"] = "crossed"
     """``crossed``: through the middle, at even angles (torch, campfire). ``ring``: around the
-    middle. ``line``: side by side from left to right (wall of flame)."""
+    middle. ``line``: side by side from left to right (wall of flame). ``jet``: crossed along
+    ``direction``, as from a nozzle (flame thrower, burner)."""
+    direction: Place | None = None
+    """[x, y, z] in which a ``jet`` blows, of any length: [1, 0, 0] to the right. Where its gas is
+    slow it bends upwards."""
+    on: Annotated[
+        Off
+        | Annotated[int, Field(ge=0), NUMBER]
+        | Annotated[str, Field(min_length=1, pattern=r"^[^\x00]+$"), WORD],
+        either("none, the number of an intruder, or the path of a mask"),
+    ] = "none"
+    """What burns, in place of an ``arrangement`` on the ground: the number of one of
+    ``intruders``, 0 for the first, all over which the sheets begin, and which carries them along;
+    or the path of a mask, an image of the frame's proportions that is opaque (or bright) where
+    something of yours burns, as a crate: the flames lie over it. Relative to the recipe file."""
     count: int = Field(default=4, ge=1, le=_MAX_SHEETS)
     """Number of sheets."""
     width: float = Field(default=0.4, gt=0, le=10)
@@ -65,12 +81,25 @@ class Arrangement(Settings):
     height: float = Field(default=0.8, gt=0, le=10)
     """Height of a sheet, heights. The flame is about two thirds as high."""
     spread: float = Field(default=0.0, ge=0, le=10)
-    """Spread of their bases, heights: the largest distance from the middle (``crossed``), the
-    radius (``ring``), or the length (``line``)."""
+    """Spread of their bases, heights: the largest distance from the middle (``crossed``, ``jet``),
+    the radius (``ring``), or the length (``line``)."""
     at: Place = (0.0, 0.0, 0.0)
-    """[x, y, z] of the middle of the arrangement on the ground, heights."""
+    """[x, y, z] of the middle of the arrangement on the ground, heights; of what burns, how far
+    its flames are moved."""
     fuel: FuelName | None = None
     """What burns on them. Default: ``source.fuel``."""
+
+    @model_validator(mode="after")
+    def _one_place(self) -> Self:
+        if self.on != "none" and (stated := {"arrangement", "spread"} & self.model_fields_set):
+            raise ValueError(f"`on` says where they begin: leave out `{min(stated)}`")
+        if self.arrangement == "jet" and self.direction is None:
+            raise ValueError("a jet needs a direction, as `direction: [1, 0, 0]` to the right")
+        if self.arrangement != "jet" and self.direction is not None:
+            raise ValueError("only a jet has a direction: `arrangement: jet`")
+        if self.direction is not None and not any(self.direction):
+            raise ValueError("direction: [0, 0, 0] is none; [0, 0, 1] is up")
+        return self
 
 
 def _in_order(times: Sequence[float]) -> None:
@@ -286,6 +315,22 @@ class SilkSource(Settings):
     glow: float = Field(default=0.0, ge=0, le=1)
     """Part of the flame's light that air and lens scatter: a soft glow around it, also in front of
     objects, which fades towards the frame's edges."""
+
+    @property
+    def arrangements(self) -> "tuple[Sheet | Arrangement, ...]":
+        """The entries of ``sheets``, one or several."""
+        return (self.sheets,) if isinstance(self.sheets, Arrangement) else self.sheets
+
+    @model_validator(mode="after")
+    def _something_to_burn(self) -> Self:
+        for sheets in self.arrangements:
+            on = sheets.on if isinstance(sheets, Arrangement) else "none"
+            if isinstance(on, int) and on >= len(self.intruders):
+                raise ValueError(
+                    f"sheets: `on: {on}` names no intruder; of the {len(self.intruders)} in "
+                    f"`intruders` the first is 0"
+                )
+        return self
 
     @model_validator(mode="after")
     def _colours_of_its_own(self) -> Self:

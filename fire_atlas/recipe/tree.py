@@ -162,7 +162,15 @@ def source_files(tree: RecipeTree) -> dict[KeyPath, Path]:
     """Return the absolute path (or glob) of each file that the source names, by its key: of each
     item, if that is a list."""
     named = {key: text for path in SOURCE_PATHS for key, text in _items(path, tree.value(path))}
+    named |= {key: text for key, text in _masks(tree) if text != "none"}
     return {key: tree.file_at(key, text) for key, text in named.items() if isinstance(text, str)}
+
+
+def _masks(tree: RecipeTree) -> Iterator[tuple[KeyPath, Value]]:
+    """Yield what each arrangement of sheets burns ``on``, by its key."""
+    for key, sheets in _items(("source", "sheets"), tree.value(("source", "sheets"))):
+        if isinstance(sheets, dict) and "on" in sheets:
+            yield (*key, "on"), sheets["on"]
 
 
 def _items(path: KeyPath, value: Value) -> Iterator[tuple[KeyPath, Value]]:

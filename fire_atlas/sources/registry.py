@@ -59,8 +59,7 @@ def open_source(
         case SilkSource():
             from fire_atlas.sources.silk import open_silk
 
-            texture = files.get(("source", "texture", "path"))
-            clips = open_silk(source, texture, GenerationSettings.of(recipe), context)
+            clips = open_silk(source, files, GenerationSettings.of(recipe), context)
         case _:
             assert_never(source)
     names = [f"view_{k}" for k in range(len(clips))] if len(clips) > 1 else [recipe.name]
@@ -88,8 +87,7 @@ def open_source_in_wind(
     elif isinstance(source, SilkSource):
         from fire_atlas.sources.silk import open_silk_in_wind
 
-        texture = files.get(("source", "texture", "path"))
-        fire = open_silk_in_wind(source, texture, GenerationSettings.of(recipe), context)
+        fire = open_silk_in_wind(source, files, GenerationSettings.of(recipe), context)
     else:
         raise ValueError("a clip shows one wind")
     return replace(fire, loops=tuple(map(kept, fire.loops)))
@@ -119,8 +117,7 @@ def examine_source(loaded: LoadedRecipe, workers: Workers, max_pixels: int = MAX
         case SilkSource():
             from fire_atlas.sources.silk import examine_silk
 
-            texture = files.get(("source", "texture", "path"))
-            return examine_silk(source, texture, GenerationSettings.of(recipe), context)
+            return examine_silk(source, files, GenerationSettings.of(recipe), context)
         case _:
             assert_never(source)
 

@@ -1,6 +1,6 @@
 """Source ``silk``: simulated cloths of fire, rendered as a clip for each view."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Clip, cached
+from fire_atlas.core.errors import SourceError
 from fire_atlas.core.fire_in_wind import FireInWind, WindChange, change_shares
+from fire_atlas.core.picture import has_transparency, to_light
 from fire_atlas.core.pixels import Pixels
 from fire_atlas.generators.rendering import rendered_clip
 from fire_atlas.generators.settings import GenerationSettings
@@ -20,17 +22,29 @@ from fire_atlas.generators.silk.renderer import (
     planned_scene,
     silk_camera,
 )
+from fire_atlas.generators.silk.scene import Mask
 from fire_atlas.generators.silk.sheet_textures import check_texture
+from fire_atlas.recipe.problem import KeyPath
 from fire_atlas.recipe.silk import SilkSource, Texture
 from fire_atlas.recipe.source import FramesSource
 from fire_atlas.sources import matte
 from fire_atlas.sources.frames import Footage, examine_frames, open_frames
+from fire_atlas.sources.images import decode, detect_format, read_header
 from fire_atlas.sources.reader import OpeningContext
+
+TEXTURE: KeyPath = ("source", "texture", "path")
+"""The key of the clip for the textures."""
+
+_SHAPES_ALIKE = 0.02
+"""Relative difference of proportions up to which a mask is one of the frame."""
+
+_BURNS = 0.5
+"""Opacity, or light, of a mask from which on something burns there."""
 
 
 def open_silk(
     source: SilkSource,
-    texture: Path | None,
+    files: Mapping[KeyPath, Path],
     generation: GenerationSettings,
     context: OpeningContext,
 ) -> list[Clip]:
@@ -38,40 +52,46 @@ def open_silk(
 
     Args:
         source: The recipe's ``source``.
-        texture: Absolute path of the clip for the textures; None if they are procedural.
+        files: Absolute paths of the files that it names, by their keys: of the clip for the
+            textures, if they are not procedural, and of the masks of what burns.
         generation: Seed, wind, timing and views.
         context: Workers, limits, and the encoding in which the client blends.
 
     Raises:
-        SourceError: The clip is missing, broken, or shows no fire.
+        SourceError: The clip is missing, broken, or shows no fire; a mask is no image, of other
+            proportions than the frame, or empty.
         RecipeError: As in ``generate_silk``.
     """
+    texture = files.get(TEXTURE)
     footage = None if texture is None else open_frames(*_footage(texture, context))
-    renderer = generate_silk(source, generation, footage)
+    masks = _read_masks(source, files, context)
+    renderer = generate_silk(source, generation, footage, masks)
     views = generation.views
     cameras = [
         silk_camera(source, azimuth, views.elevation, views.distance)
         for azimuth in generation.azimuths()
     ]
     seen = [SilkView(renderer, camera, _luminance_matte(context)) for camera in cameras]
-    inputs = footage.inputs if footage else ()
+    inputs = _inputs(footage, files)
     return [_clip(view, generation, inputs, context) for view in seen]
 
 
 def open_silk_in_wind(
     source: SilkSource,
-    texture: Path | None,
+    files: Mapping[KeyPath, Path],
     generation: GenerationSettings,
     context: OpeningContext,
 ) -> FireInWind:
     """Simulate the fire in each of the winds that it changes between; see ``open_silk``."""
+    texture = files.get(TEXTURE)
     footage = None if texture is None else open_frames(*_footage(texture, context))
-    inputs = footage.inputs if footage else ()
+    masks = _read_masks(source, files, context)
+    inputs = _inputs(footage, files)
     camera = silk_camera(source, 0.0, generation.views.elevation, generation.views.distance)
     seen_as = _luminance_matte(context)
     winds = generation.in_each_wind()
     views = [
-        SilkView(generate_silk(source, wind_settings, footage), camera, seen_as)
+        SilkView(generate_silk(source, wind_settings, footage, masks), camera, seen_as)
         for wind_settings in winds
     ]
     loops = tuple(
@@ -124,19 +144,21 @@ def _change(
 
 def examine_silk(
     source: SilkSource,
-    texture: Path | None,
+    files: Mapping[KeyPath, Path],
     generation: GenerationSettings,
     context: OpeningContext,
 ) -> Footage:
     """Return what is known of the fire before it is simulated; see ``open_silk``.
 
     Raises:
-        SourceError: The clip is missing, broken or too short.
+        SourceError: The clip is missing, broken or too short, or a mask as in ``open_silk``.
         RecipeError: As in ``generate_silk``.
     """
+    texture = files.get(TEXTURE)
     footage = None if texture is None else examine_frames(*_footage(texture, context))
+    masks = _read_masks(source, files, context)
     for settings in generation.in_each_wind():
-        planned_scene(source, settings)
+        planned_scene(source, settings, masks)
     if footage is not None and footage.exact and isinstance(source.texture, Texture):
         check_texture(source.texture, footage.count)
     return Footage(
@@ -151,6 +173,41 @@ def examine_silk(
 def _footage(texture: Path, context: OpeningContext) -> tuple[FramesSource, Path, OpeningContext]:
     """Return how the clip for the textures is opened."""
     return FramesSource(path=str(texture)), texture, replace(context, blend_space="linear")
+
+
+def _read_masks(
+    source: SilkSource, files: Mapping[KeyPath, Path], context: OpeningContext
+) -> dict[int, Mask]:
+    """Return the masks of what burns by the number of the arrangement that burns on each.
+
+    What is opaque in an image burns; if it has no transparency, what is bright.
+    """
+    masks = {}
+    for key, path in files.items():
+        if key[-1] != "on":
+            continue
+        if detect_format(path) == "video":
+            raise SourceError(f"{path}: is a video, but a mask is an image")
+        header = read_header(path, context.max_pixels)
+        if abs(header.width / header.height / (source.width / source.height) - 1) > _SHAPES_ALIKE:
+            raise SourceError(
+                f"{path}: a mask has the proportions of the frame, {source.width}x{source.height} "
+                f"px; got {header.width}x{header.height}"
+            )
+        picture = decode(path, header)
+        light = to_light(picture)
+        burns = light[..., 3] if has_transparency(picture) else light[..., :3].max(axis=2)
+        if not (burns > _BURNS).any():
+            raise SourceError(f"{path}: nothing in it is opaque, or bright, so nothing burns")
+        number = key[2] if len(key) == len(("source", "sheets", 0, "on")) else 0
+        masks[int(number)] = burns > _BURNS
+    return masks
+
+
+def _inputs(footage: Clip | None, files: Mapping[KeyPath, Path]) -> tuple[Path, ...]:
+    """Return the files that were read: of the clip for the textures, and the masks."""
+    masks = (path for key, path in files.items() if key != TEXTURE)
+    return (*(footage.inputs if footage else ()), *masks)
 
 
 def _luminance_matte(context: OpeningContext) -> Callable[[NDArray[np.float32]], Pixels]:

@@ -16,7 +16,7 @@ from fire_atlas.core.chance import RandomStream, generator
 from fire_atlas.effect.field.wind import LEVEL_SPEED, wind_velocity
 from fire_atlas.generators.silk.controls import Controls
 from fire_atlas.generators.silk.fuel import Fuel
-from fire_atlas.generators.silk.mechanics import Vectors, normals
+from fire_atlas.generators.silk.mechanics import Vectors, lengths, normals
 from fire_atlas.recipe.wind import Wind
 
 _WAVES = 7
@@ -30,6 +30,12 @@ _MIN_FLUTTER = 0.6
 
 _SWAY_WAVELENGTHS = 1.2, 4.0
 """Shortest and longest wave of the sway along the ground, heights: fires far apart sway apart."""
+
+_STANDING = 1 - 1e-9
+"""z of the direction of a sheet from which on it stands, and is no jet."""
+
+_BENT_UP = 0.35
+"""Lift upwards where the gas of a jet has become slow, relative to that along it at its nozzle."""
 
 _BOUNDARY_LAYER = 0.12
 """Height above the ground at which the wind has half its speed, heights."""
@@ -84,9 +90,10 @@ class SheetForces:
         drag: (sheets, 1, 1, 1) rate at which a node takes on the velocity of the air, 1/s.
         sway: (sheets, 1, 1) speed (rms) of the slow oscillation of the air, heights/s.
         gravity: (sheets, 1, 1) acceleration downwards, heights/s².
-        lift: (sheets, 1, 1) acceleration upwards by heat at the base, heights/s².
-        lift_decay: (sheets, 1, 1) distance above the base where lift falls to 1/e, heights.
-        base: (sheets, 1, 1) z of the base of each sheet, heights.
+        lift: (sheets, 1, 1) acceleration by heat at the base, heights/s².
+        lift_decay: (sheets, 1, 1) distance from the base where lift falls to 1/e, heights.
+        base: (sheets, 1, 1) place of the base of each sheet along ``up``, heights.
+        up: (sheets, 3) unit vector from the base of each sheet to its top: of a jet its direction.
         row_phase: (sheets, rows, waves) phase of the flutter by row, rad.
         column_phase: (sheets, columns, waves) phase added by column, rad.
         flutter_frequency: (sheets, waves) angular frequency, rad/s.
@@ -103,6 +110,7 @@ class SheetForces:
     lift: NDArray[np.float64]
     lift_decay: NDArray[np.float64]
     base: NDArray[np.float64]
+    up: NDArray[np.float64]
     row_phase: NDArray[np.float64]
     column_phase: NDArray[np.float64]
     flutter_frequency: NDArray[np.float64]
@@ -128,7 +136,9 @@ class SheetForces:
             return np.array([value(fuel) for fuel in fuels])[:, None, None]
 
         sheets, rows, columns = rest.shape[:3]
-        height = rest[:, -1, 0, 2] - rest[:, 0, 0, 2]
+        way = rest[:, -1, 0] - rest[:, 0, 0]
+        height = lengths(way)
+        direction = way / height[:, None]
         size = (sheets, 1, _WAVES)
         chance = generator(seed, RandomStream.TURBULENCE)
         # Each wave has 0.4 to 1.6 periods over the height and rises at 0.7 of the gas speed.
@@ -148,7 +158,8 @@ class SheetForces:
             gravity=per_sheet(lambda fuel: fuel.gravity),
             lift=per_sheet(lambda fuel: fuel.lift),
             lift_decay=per_sheet(lambda fuel: fuel.lift_height) * height[:, None, None],
-            base=rest[:, 0, 0, 2][:, None, None],
+            base=np.einsum("sk,sk->s", rest[:, 0, 0], direction)[:, None, None],
+            up=direction,
             row_phase=2 * np.pi * up * share + phase,
             column_phase=2 * np.pi * across * along,
             # A minimum, because a wave at rest would bend its sheet to one side all the time.
@@ -177,9 +188,12 @@ class SheetForces:
         """
         controls = self.controls
         force = (self.air_velocity(time, moment, x) - v) * self.drag
-        risen = np.maximum(x[..., 2] - self.base, 0.0)
-        lift = controls.lift.at(moment) * controls.pressure.at(moment)
-        force[..., 2] += lift * self.lift * np.exp(-risen / self.lift_decay)
+        risen = np.maximum(np.einsum("srck,sk->src", x, self.up) - self.base, 0.0)
+        lift = controls.lift.at(moment) * controls.pressure.at(moment) * self.lift
+        fast = np.exp(-risen / self.lift_decay)
+        force += (lift * fast)[..., None] * self.up[:, None, None]
+        is_jet = self.up[:, 2] < _STANDING
+        force[is_jet, ..., 2] += (_BENT_UP * lift * (1 - fast))[is_jet]
         a = (force + self._flutter(time, moment) * normals(x)) / self.mass[..., None]
         a[..., 2] -= controls.gravity.at(moment) * self.gravity
         return a

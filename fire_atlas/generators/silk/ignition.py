@@ -81,11 +81,11 @@ class Ignition:
 
 def _burning(scene: SilkScene, heated: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return how far each sheet burns (..., sheets), 0..1, by the time (..., intruders), s, for
-    which what carries it has been in a flame."""
+    which what it is lit with has been in a flame."""
     share = np.clip((heated - _DELAY) / _RISE, 0.0, 1.0)
     always = np.ones((*heated.shape[:-1], 1))
-    carriers = np.array(scene.attached_to)
-    return np.asarray(np.concatenate([share, always], axis=-1)[..., carriers])
+    lit_by = np.array(scene.lit_by)
+    return np.asarray(np.concatenate([share, always], axis=-1)[..., lit_by])
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,12 +24,14 @@ class SheetPlacement:
         position: (x, y, z) of the middle of its base, heights.
         width, height: Size, heights.
         angle: Direction of its width seen from above, degrees counter-clockwise; 0: to the right.
+        up: (x, y, z) unit vector from its base to its top; its width turns with it.
     """
 
     position: tuple[float, float, float]
     width: float
     height: float
     angle: float
+    up: tuple[float, float, float] = (0.0, 0.0, 1.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +105,7 @@ def build_model(
     elasticities: Sequence[Elasticity],
     pinned_rows: int = 1,
 ) -> SheetModel:
-    """Build the mesh of flat, upright sheets, each with its elasticity, whose lowest
+    """Build the mesh of flat sheets, each with its elasticity, whose lowest
     ``pinned_rows`` are pinned.
 
     A finer mesh is the same sheet: a node has the mass of the part of the sheet that is nearest to
@@ -130,11 +132,21 @@ def _flat_sheet(placement: SheetPlacement, rows: int, columns: int) -> NDArray[n
     angle = math.radians(placement.angle)
     across = (np.arange(columns) / (columns - 1) - 0.5) * placement.width
     up = np.arange(rows) / (rows - 1) * placement.height
-    nodes = np.empty((rows, columns, 3))
-    nodes[..., 0] = placement.position[0] + across * math.cos(angle)
-    nodes[..., 1] = placement.position[1] + across * math.sin(angle)
-    nodes[..., 2] = placement.position[2] + up[:, None]
-    return nodes
+    right, away = across_of(placement.up)
+    aside = math.cos(angle) * right + math.sin(angle) * away
+    nodes = across[None, :, None] * aside + up[:, None, None] * np.array(placement.up)
+    return np.asarray(nodes + placement.position)
+
+
+def across_of(up: tuple[float, float, float]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return where a turn that takes [0, 0, 1] to the unit vector ``up`` on the shortest way takes
+    [1, 0, 0] and [0, 1, 0]."""
+    x, y, z = up
+    if z < -1 + 1e-9:
+        return np.array([1.0, 0.0, 0.0]), np.array([0.0, -1.0, 0.0])
+    share = 1 / (1 + z)
+    right = np.array([1 - x * x * share, -x * y * share, -x])
+    return right, np.array([-x * y * share, 1 - y * y * share, -y])
 
 
 def _ends(

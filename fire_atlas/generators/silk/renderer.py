@@ -28,7 +28,14 @@ from fire_atlas.generators.silk.intruder_drawing import (
     surface_depth,
 )
 from fire_atlas.generators.silk.mechanics import lengths, normals, refined
-from fire_atlas.generators.silk.scene import SilkScene, build_scene, check_length, check_loop
+from fire_atlas.generators.silk.scene import (
+    NO_MASKS,
+    Masks,
+    SilkScene,
+    build_scene,
+    check_length,
+    check_loop,
+)
 from fire_atlas.generators.silk.sheet_textures import (
     FadingTextures,
     SheetTextures,
@@ -376,9 +383,9 @@ class SilkRenderer:
         return _FlameFragments(fragments.pixel, found[:, :3], found[:, 3], dimming, depth)
 
     def _hearth(self, i: int) -> Hearth:
-        """Return the place where the fire on the ground burns, at frame ``i``."""
-        on_ground = [carrier < 0 for carrier in self.scene.attached_to]
-        foot = self.scene.model.rest[on_ground][:, 0].reshape(-1, 3)
+        """Return the place where the fire burns that does from the start, at frame ``i``."""
+        burns = [lighter < 0 for lighter in self.scene.lit_by]
+        foot = self.scene.model.rest[burns][:, 0].reshape(-1, 3)
         centre = foot.mean(axis=0)
         away = foot - centre
         radius = float(np.sqrt((away * away).sum(axis=-1).mean()))
@@ -489,15 +496,19 @@ class SilkView:
 
 
 def generate_silk(
-    source: SilkSource, settings: GenerationSettings, footage: Clip | None = None
+    source: SilkSource,
+    settings: GenerationSettings,
+    footage: Clip | None = None,
+    masks: Masks = NO_MASKS,
 ) -> SilkRenderer:
-    """Simulate the fire that a recipe describes; ``footage`` is a clip for its textures, if any.
+    """Simulate the fire that a recipe describes; ``footage`` is a clip for its textures, if any,
+    and ``masks`` are what its sheets burn on.
 
     Raises:
         RecipeError: It takes too many nodes, time steps or frames, or an intruder would jump.
         SourceError: The clip holds no fire, or too few frames.
     """
-    scene = planned_scene(source, settings)
+    scene = planned_scene(source, settings, masks)
     recording = simulate(scene, settings.frames, settings.loop)
     textures = make_textures(source, settings, footage, scene, recording)
     ignition = Ignition.of(scene, recording, textures)
@@ -505,13 +516,15 @@ def generate_silk(
     return SilkRenderer(scene, recording, textures, ignition, settings.frames, source.glow)
 
 
-def planned_scene(source: SilkSource, settings: GenerationSettings) -> SilkScene:
-    """Return the scene that is simulated for a recipe.
+def planned_scene(
+    source: SilkSource, settings: GenerationSettings, masks: Masks = NO_MASKS
+) -> SilkScene:
+    """Return the scene that is simulated for a recipe whose sheets burn on ``masks``.
 
     Raises:
         RecipeError: It takes too many nodes, time steps or frames, or an intruder would jump.
     """
-    scene = build_scene(source, settings.wind, settings.seed, settings.fps)
+    scene = build_scene(source, settings.wind, settings.seed, settings.fps, masks)
     check_length(scene, settings.frames)
     if settings.loop:
         check_loop(scene, settings.frames / settings.fps)

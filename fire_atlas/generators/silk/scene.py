@@ -1,7 +1,7 @@
 """Build the scene to simulate from a recipe: sheets, forces, intruders, in heights and seconds."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +18,7 @@ from fire_atlas.generators.silk.mechanics import (
     SheetModel,
     SheetPlacement,
     StepLimit,
+    across_of,
     build_model,
 )
 from fire_atlas.recipe.silk import Arrangement, FuelName, SilkSource
@@ -46,8 +47,21 @@ _LOWERED = 0.06
 """Greatest distance of a sheet's base below the ground, sheet heights: flames whose sheets vary
 begin a little above it."""
 
+_TRIED, _MASK_DEPTH = 8, 0.03
+"""Places that are tried on a mask for each sheet that lies on it already; and how far in front of
+it or behind it sheets stand, heights."""
+
 _GOLDEN_ANGLE = 2.399963
 """Turn, rad, from one sheet to the next that spreads any number of them evenly over a disc."""
+
+
+Mask = NDArray[np.bool_]
+"""(height, width), of the frame's proportions: where something burns."""
+
+Masks = Mapping[int, Mask]
+"""Masks by the number of the arrangement that burns on them."""
+
+NO_MASKS: Masks = {}
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +76,8 @@ class SilkScene:
         controls: The keys that change with time.
         intruders: Objects in the flame.
         attached_to: (sheets,) index of the intruder that carries each sheet; -1 for none.
+        lit_by: (sheets,) index of the intruder with which each sheet catches fire; -1 if it burns
+            from the start.
         dt: Time step, s.
         steps: Time steps per frame.
         fps: Frames per second.
@@ -74,6 +90,7 @@ class SilkScene:
     controls: Controls
     intruders: tuple[IntruderBody, ...]
     attached_to: tuple[int, ...]
+    lit_by: tuple[int, ...]
     dt: float
     steps: int
     fps: float
@@ -92,27 +109,31 @@ class _PlacedSheet:
         fuel: Name of its fuel.
         fire: Number of the fire that it is part of.
         attached_to: Index of the intruder that carries it; -1 for none.
+        lit_by: Index of the intruder with which it catches fire; -1 if it burns from the start.
     """
 
     placement: SheetPlacement
     fuel: FuelName
     fire: int
     attached_to: int = -1
+    lit_by: int = -1
 
 
-def build_scene(source: SilkSource, wind: Wind, seed: int, fps: float) -> SilkScene:
-    """Build the scene that a recipe describes.
+def build_scene(
+    source: SilkSource, wind: Wind, seed: int, fps: float, masks: Masks = NO_MASKS
+) -> SilkScene:
+    """Build the scene that a recipe describes; ``masks`` are those that its sheets burn on.
 
     Raises:
         RecipeError: It needs more nodes or time steps than are allowed.
     """
     intruders = tuple(IntruderBody.of(intruder) for intruder in source.intruders)
-    sheets = _place_sheets(source, seed)
+    sheets = _place_sheets(source, intruders, masks, seed)
     for i, body in enumerate(intruders):
         if body.ignites:
             fire = sheets[-1].fire + 1
             sheets += [
-                _PlacedSheet(placement, source.fuel, fire, i) for placement in _flames_on(body)
+                _PlacedSheet(placement, source.fuel, fire, i, i) for placement in _flames_on(body)
             ]
     nodes = len(sheets) * source.rows * source.columns
     if nodes > _MAX_NODES:
@@ -138,6 +159,7 @@ def build_scene(source: SilkSource, wind: Wind, seed: int, fps: float) -> SilkSc
         controls=controls,
         intruders=intruders,
         attached_to=tuple(sheet.attached_to for sheet in sheets),
+        lit_by=tuple(sheet.lit_by for sheet in sheets),
         dt=dt,
         steps=steps,
         fps=fps,
@@ -230,18 +252,24 @@ def _at_most(key: str, value: float) -> str:
     return f"a {key} of at most about {math.floor(value / unit) * unit:.3g}"
 
 
-def _place_sheets(source: SilkSource, seed: int) -> list[_PlacedSheet]:
+def _place_sheets(
+    source: SilkSource, intruders: Sequence[IntruderBody], masks: Masks, seed: int
+) -> list[_PlacedSheet]:
     """Place the sheets of a recipe. Each arrangement is a fire; so are single sheets of a fuel."""
-    sheets = source.sheets
-    entries = (sheets,) if isinstance(sheets, Arrangement) else sheets
     chance = generator(seed, RandomStream.SHEETS)
     placed: list[_PlacedSheet] = []
     single: dict[FuelName, int] = {}
-    for fire, entry in enumerate(entries):
+    for fire, entry in enumerate(source.arrangements):
         fuel = entry.fuel or source.fuel
         if isinstance(entry, Arrangement):
-            places = _arrange(entry, FUELS[fuel].variety, chance)
-            placed += [_PlacedSheet(place, fuel, fire) for place in places]
+            carrier = entry.on if isinstance(entry.on, int) else -1
+            bases = None
+            if carrier >= 0:
+                bases = _bases_on(intruders[carrier], entry.count)
+            elif entry.on != "none":
+                bases = _bases_over(masks[fire], entry.count, source.foot, chance)
+            places = _arrange(entry, FUELS[fuel].variety, chance, bases)
+            placed += [_PlacedSheet(place, fuel, fire, carrier) for place in places]
         else:
             placement = SheetPlacement(entry.at, entry.width, entry.height, entry.angle)
             placed.append(_PlacedSheet(placement, fuel, single.setdefault(fuel, fire)))
@@ -249,21 +277,72 @@ def _place_sheets(source: SilkSource, seed: int) -> list[_PlacedSheet]:
 
 
 def _arrange(
-    sheets: Arrangement, variety: float, chance: np.random.Generator
+    sheets: Arrangement,
+    variety: float,
+    chance: np.random.Generator,
+    bases: NDArray[np.float64] | None,
 ) -> list[SheetPlacement]:
     """Place the sheets of an arrangement, which vary a little in size and angle; with ``variety``,
-    0..1, more in width, and their feet are not on one line."""
+    0..1, more in width, and their feet are not on one line.
+
+    ``bases`` (count, 3) are where sheets begin that are not on the ground, heights.
+    """
     count = sheets.count
     heights = sheets.height * chance.uniform(0.88, 1.0, count)
     widths = sheets.width * chance.uniform(0.9 - 0.1 * variety, 1.08 + 0.17 * variety, count)
     jitter = chance.uniform(-0.5, 0.5, (3, count))
     lowered = heights * chance.uniform(0, _LOWERED * variety, count)
+    up = (0.0, 0.0, 1.0)
+    if sheets.direction is not None:
+        x, y, z = sheets.direction
+        length = math.hypot(x, y, z)
+        up = (x / length, y / length, z / length)
+    right, away = across_of(up)
     placements = []
     for i in range(count):
         x, y, angle = _arranged(sheets, i, *(float(value) for value in jitter[:, i]))
-        at = (sheets.at[0] + x, sheets.at[1] + y, sheets.at[2] - float(lowered[i]))
-        placements.append(SheetPlacement(at, float(widths[i]), float(heights[i]), angle))
+        base = x * right + y * away if bases is None else bases[i]
+        at = _point(base + sheets.at - float(lowered[i]) * np.array(up))
+        placements.append(SheetPlacement(at, float(widths[i]), float(heights[i]), angle, up))
     return placements
+
+
+def _bases_on(body: IntruderBody, count: int) -> NDArray[np.float64]:
+    """Return where ``count`` sheets begin on an intruder, all over it but for the underside of a
+    sphere: (count, 3), heights."""
+    start, end = body.ends(float(body.times[0]))
+    share = (np.arange(count) + 0.5) / count
+    turn = np.arange(count) * _GOLDEN_ANGLE
+    along = end - start
+    length = float(np.sqrt(along @ along))
+    if length == 0:
+        height = 1 - 1.6 * share  # a sphere's surface has as much of each height
+        level = np.sqrt(1 - height**2)
+        around = np.stack([level * np.cos(turn), level * np.sin(turn), height], axis=1)
+        return np.asarray(start + body.radius * around)
+    right, away = across_of(_point(along / length))
+    around = np.cos(turn)[:, None] * right + np.sin(turn)[:, None] * away
+    return np.asarray(start + share[:, None] * along + body.radius * around)
+
+
+def _bases_over(
+    mask: Mask, count: int, foot: float, chance: np.random.Generator
+) -> NDArray[np.float64]:
+    """Return where ``count`` sheets begin, spread over a mask of the frame: (count, 3), heights.
+
+    Each is the one of some random places that is farthest from the others (Mitchell 1991).
+    """
+    rows, columns = np.nonzero(mask)
+    height, width = mask.shape
+    places = np.stack([columns + 0.5 - width / 2, height * (1 - foot) - rows - 0.5], axis=1)
+    places /= height
+    found = places[chance.integers(len(places), size=1)]
+    while len(found) < count:
+        tried = places[chance.integers(len(places), size=_TRIED * len(found))]
+        away = np.square(tried[:, None] - found).sum(axis=2).min(axis=1)
+        found = np.concatenate([found, tried[[away.argmax()]]])
+    depth = chance.uniform(-_MASK_DEPTH, _MASK_DEPTH, count)
+    return np.stack([found[:, 0], depth, found[:, 1]], axis=1)
 
 
 def _arranged(
@@ -273,7 +352,7 @@ def _arranged(
     count, spread = sheets.count, sheets.spread
     share = (i + 0.5) / count
     match sheets.arrangement:
-        case "crossed":
+        case "crossed" | "jet":
             radius = spread * math.sqrt(share)
             turn = i * _GOLDEN_ANGLE
             angle = 180 * i / count + 60 * three / count  # the first faces the front

@@ -1,11 +1,13 @@
 """Whole builds of silk, and recipes that cannot be built."""
 
+import io
 import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from fire_atlas.cli import main
 from tests.generators.silk.small_fires import COARSE
@@ -113,6 +115,28 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
     "a clip as source": ({"path": "x"}, "unknown key here; it is one of `kind: frames`"),
     "too stiff": ({"stiffness": 1e6}, "use a stiffness of at most about"),
     "too many": ({"sheets": {"count": 10000}, "rows": 24}, "at most 200000 can be simulated"),
+    "a jet to nowhere": (
+        {"sheets": {"arrangement": "jet"}},
+        "a jet needs a direction, as `direction: [1, 0, 0]`",
+    ),
+    "no direction": (
+        {"sheets": {"arrangement": "jet", "direction": [0, 0, 0]}},
+        "direction: [0, 0, 0] is none",
+    ),
+    "a directed ring": (
+        {"sheets": {"arrangement": "ring", "direction": [0, 0, 1]}},
+        "only a jet has a direction",
+    ),
+    "on two places": (
+        {"sheets": {"on": 0, "spread": 0.2}, "intruders": [{"shape": "log", "at": [0, 0, 0]}]},
+        "`on` says where they begin: leave out `spread`",
+    ),
+    "on nothing": ({"sheets": [{"on": 1}]}, "`on: 1` names no intruder; of the 0 in"),
+    "on what": (
+        {"sheets": {"on": [1]}},
+        "source.sheets.on: must be none, the number of an intruder, or the path of a mask; got [1]",
+    ),
+    "no mask": ({"sheets": {"on": "gone.png"}}, "gone.png: does not exist"),
     "no clip": ({"texture": {"path": "gone.gif"}}, "gone.gif: does not exist"),
     "texture of what": ({"texture": 3}, "source.texture: must be `auto` or {path: ...}; got 3"),
 }
@@ -123,6 +147,58 @@ def test_what_cannot_be_is_refused_with_advice(
     keys: dict[str, Any], advice: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert advice in refused(recipe(tmp_path, {**SILK, **keys}), capsys)
+
+
+def masked(folder: Path, size: tuple[int, int], box: tuple[int, int, int, int]) -> Path:
+    mask = Image.new("RGBA", size)
+    mask.paste((90, 60, 30, 255), box)
+    mask.save(folder / "crate.png")
+    return folder / "crate.png"
+
+
+@pytest.mark.parametrize(
+    ("size", "box", "advice"),
+    [
+        (
+            (96, 96),
+            (20, 20, 40, 40),
+            "a mask has the proportions of the frame, 48x64 px; got 96x96",
+        ),
+        ((48, 64), (0, 0, 0, 0), "nothing in it is opaque, or bright"),
+    ],
+    ids=["another shape", "empty"],
+)
+def test_a_mask_that_cannot_be_is_refused(
+    size: tuple[int, int], box: tuple[int, int, int, int], advice: str,
+    tmp_path: Path, capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    masked(tmp_path, size, box)
+    keys = {**SILK, "width": 48, "height": 64, "sheets": {"on": "crate.png"}}
+    assert advice in refused(recipe(tmp_path, keys), capsys)
+
+
+def test_a_mask_burns_where_it_is_opaque_and_another_one_is_another_fire(tmp_path: Path) -> None:
+    sheets = [{"on": "crate.png", "count": 24, "width": 0.1, "height": 0.15}]
+    keys = {**SILK, "width": 96, "height": 128, "sheets": sheets}
+    path = recipe(tmp_path, keys, flakes="none", atlas={"trim": "none", "dedupe": False})
+    frames = []
+    for left in (8, 56):
+        masked(tmp_path, (192, 256), (2 * left, 120, 2 * left + 64, 200))
+        files = built(path, tmp_path / "out")
+        atlas = json.loads(files["torch.json"])["frames"].values()
+        page = np.asarray(Image.open(io.BytesIO(files["torch.png"])))
+        at = [frame["frame"] for frame in atlas]
+        light = np.mean([page[f["y"] : f["y"] + 128, f["x"] : f["x"] + 96, 3] for f in at], axis=0)
+        within = light[:, left - 6 : left + 38].sum()
+        assert within > 0.95 * light.sum(), "flames sway a little"
+        rows = light[:, left : left + 32].sum(axis=1)
+        # They begin all over it, from row 60 to 100, and rise by a sheet's height, 19 px, at most.
+        assert rows[62:100].min() > 0
+        assert rows[:38].sum() + rows[103:].sum() < 0.01 * rows.sum()
+        frames.append(files)
+    manifest = json.loads(frames[0]["torch.manifest.json"])
+    assert [entry["path"] for entry in manifest["inputs"]] == ["crate.png"]
+    assert frames[0]["torch.png"] != frames[1]["torch.png"]
 
 
 def test_each_kind_of_source_is_refused_the_keys_of_the_other(

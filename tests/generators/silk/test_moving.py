@@ -63,6 +63,39 @@ def test_sheets_of_wood_are_unlike_and_do_not_stand_on_one_line(
     assert rest[:, 0, 0, 2].max() <= 0
 
 
+@pytest.mark.parametrize("direction", [[1, 0, 0], [0, -2, 0], [-1, 0, -1], [0, 0, -1]], ids=str)
+def test_a_jet_blows_where_it_is_directed_and_bends_up_where_it_is_slow(
+    direction: list[float],
+) -> None:
+    jet = {"arrangement": "jet", "direction": direction, "count": 4, "width": 0.1, "height": 0.8}
+    made = fire(12, sheets=jet)
+    x = made.recording.x.astype(np.float64).mean(axis=(0, 1, 3))  # a row after another
+    way = np.array(direction) / np.linalg.norm(direction)
+    along = (x - x[0]) @ way
+    assert (np.diff(along[: len(along) // 2]) > 0).all() and along.max() > 0.4
+    aside = x - x[0] - along[:, None] * way
+    lifted = aside[:, 2] if abs(way[2]) < 1 else np.zeros(len(x))
+    assert np.abs(aside[: len(x) // 4]).max() < 0.06
+    if abs(way[2]) < 1:
+        assert lifted[-1] > max(0.01, 2 * lifted[len(x) // 2])
+
+
+def test_what_burns_carries_its_flames_along_from_the_first_frame_on() -> None:
+    body = {
+        "shape": "sphere", "radius": 0.06, "strength": 0,
+        "keyframes": [{"t": 0, "at": [-0.3, 0, 0.2]}, {"t": 0.5, "at": [0.3, 0, 0.4]}],
+    }  # fmt: skip
+    made = fire(12, loops=False, sheets={"on": 0, "count": 6, "width": 0.1}, intruders=[body])
+    assert (made.ignition.burning == 1).all()
+    base = made.recording.x[:, :, 0].astype(np.float64).mean(axis=2)
+    moved = base[-1] - base[0]
+    held = made.scene.intruders[0]
+    last = held.position((len(base) - 1) / 24) - held.position(0)
+    assert moved == pytest.approx(np.broadcast_to(last, moved.shape), abs=0.02)
+    away = np.linalg.norm(base[0] - held.position(0), axis=-1)
+    assert away == pytest.approx(0.06, abs=0.03), "they begin on its surface"
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("fuel", ["wood", "candle", "gas"])
 def test_in_a_loop_too_each_texture_is_as_fast_as_its_sheet(fuel: str) -> None:

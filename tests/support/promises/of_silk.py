@@ -258,6 +258,23 @@ def _of_silk(
 BLOWN = {"wind": {"level": 3}}
 ARRANGED = {"source": {"sheets": {"arrangement": "crossed", "count": 5, "height": 0.9}}}
 RING = {"source": {"sheets": {"arrangement": "ring", "count": 9, "width": 0.2, "height": 0.5}}}
+JET = {
+    "source": {
+        "sheets": {
+            "arrangement": "jet", "direction": [0, 0, 1], "count": 5, "width": 0.2, "height": 0.6,
+            "at": [0, 0, 0.3],
+        }
+    }
+}  # fmt: skip
+ON_ONE_OF_TWO = {
+    "source": {
+        "sheets": {"on": 0, "count": 5, "width": 0.2, "height": 0.4},
+        "intruders": [
+            {"shape": "sphere", "at": [0, 0, height], "radius": 0.08, "draw": False}
+            for height in (0.1, 0.5)
+        ],
+    }
+}
 SINGLE = {"source": {"sheets": {"at": [0, 0, 0], "height": 0.9}}}
 SPHERE = {"source": {"intruders": {"shape": "sphere", "at": [0, 0, 0.3], "radius": 0.08}}}
 UNSEEN = merged(SPHERE, {"source": {"intruders": {"draw": False, "strength": 4}}})
@@ -329,6 +346,17 @@ PROMISES_OF_SILK = (
         "line",
         rises=False,
         needs=merged(ARRANGED, {"source": {"sheets": {"spread": 0.2}}}),
+    ),
+    _of_silk(
+        "source.sheets.direction",
+        "[x, y, z] in which a ``jet`` blows",
+        CENTRE,
+        [-1, 0, 0],
+        [1, 0, 0],
+        needs=JET,
+    ),
+    _of_silk(
+        "source.sheets.on", "all over which the sheets begin", FOOT, 0, 1, needs=ON_ONE_OF_TWO
     ),
     _of_silk("source.sheets.count", "Number of sheets", CHANGE, 1, 12, rises=False, needs=ARRANGED),
     _of_silk("source.sheets.width", "Width of a sheet, heights", WIDTH, 0.15, 0.5, needs=ARRANGED),
