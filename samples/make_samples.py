@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 from candle import candle_frames
 from cartoon import cartoon_frames
+from crate import crate
 from explosion import explosion_frames
 from noise import Field, LoopNoise
 from painting import (
@@ -216,6 +217,7 @@ MAKERS: dict[str, Callable[[Path], None]] = {
     "candle": lambda path: save_painted(path, candle_frames()),
     "explosion": lambda path: save_painted(path, explosion_frames()),
     "pixel_flame.png": lambda path: save_sheet(path, pixel_frames(), columns=8),
+    "crate.png": lambda path: save_sheet(path, [crate()], columns=1),
 }
 
 

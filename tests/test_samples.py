@@ -21,7 +21,7 @@ def _pixels(path: Path) -> NDArray[np.int16]:
     return np.stack([np.asarray(Image.open(file).convert("RGBA")) for file in files]).astype("i2")
 
 
-@pytest.mark.parametrize("name", ["candle", "pixel_flame.png"])
+@pytest.mark.parametrize("name", ["candle", "pixel_flame.png", "crate.png"])
 def test_a_sample_is_made_again_by_its_script(name: str, tmp_path: Path) -> None:
     """Processors round unlike; all else is the same."""
     made = run_alone([sys.executable, str(SAMPLES / "make_samples.py"), str(tmp_path), name])
