@@ -246,7 +246,7 @@ def _refuse_too_large(names: Sequence[str], parts: Sequence[Rect], units: Packin
             raise OutputError(
                 f"frame {name} is {part.width} × {part.height} px{around}, but a page may only be "
                 f"{largest} px wide and high: raise `atlas.max_size` to {needed} or "
-                f"more, or make the frames smaller with `source.height`",
+                f"more, or make the frames smaller with `source.height` or `source.size`",
                 key=("atlas", "max_size"),
             )
 
@@ -264,10 +264,11 @@ def _refuse_too_many_cells(parts: Sequence[Rect], settings: Atlas, units: Packin
         return
     whole = PageFrames(tuple((part.width, part.height) for part in parts), (range(len(parts)),))
     percent = largest(lambda n: whole.scaled(n / 100).pages(settings) < math.inf, 1, 99)
+    smaller = f"make the frames {percent} % as high with `source.height` or `source.size`"
     remedies = [
         *([f"raise `atlas.max_size` to {needed}"] if needed <= settings.largest_size else []),
         "ask for fewer cells",
-        *([f"make the frames {percent} % as high with `source.height`"] if percent else []),
+        *([smaller] if percent else []),
     ]
     raise OutputError(
         f"atlas.grid: {columns} × {rows} cells of {width // columns} × {height // rows} px take a "

@@ -23,6 +23,7 @@ from fire_atlas.recipe.base import (
     Settings,
     either,
 )
+from fire_atlas.recipe.frame_size import FrameSize
 from fire_atlas.recipe.pivot import PivotPoint
 from fire_atlas.recipe.problem import ContradictionError, Problem
 from fire_atlas.recipe.silk import SilkSource
@@ -168,9 +169,20 @@ class ProfileSource(ClipInput):
     """Share of the clip's own detail in the picture. 0: the particles alone, soft and in the
     colours of the table, as in the paper. 1: all of the clip's detail, which the same six points
     move and whose moments the particles mix."""
+    size: FrameSize | None = None
+    """Length of the frames' longer side: ``draft`` 192 px, ``game`` 384 px, ``hero`` 512 px. The
+    other is as long as the fire needs. Default: as ``height`` says, which is refused beside it."""
     height: int | None = Field(default=None, ge=16, le=4096)
     """Height of the frames, px. Default: the fire is as large as in the clip; a video taller than
     512 px counts as one of 512 px."""
+
+    @model_validator(mode="after")
+    def _states_its_frame_once(self) -> Self:
+        if self.size is not None and self.height is not None:
+            raise ContradictionError(
+                Problem(("size",), "says how large frames are, as height does; remove one of them")
+            )
+        return self
 
     def keys_of_learning(self) -> list[str]:
         """Return the keys given that say how to learn from a clip, if ``path`` is no clip but a
@@ -182,7 +194,7 @@ class ProfileSource(ClipInput):
 
     def keys_of_generating(self) -> list[str]:
         """Return the keys given that say how fire is generated, which ``learn`` does not do."""
-        return sorted({"slices", "particles", "detail", "height"} & self.model_fields_set)
+        return sorted({"slices", "particles", "detail", "size", "height"} & self.model_fields_set)
 
 
 _Path = Annotated[str, Field(min_length=1, pattern=r"^[^\x00]+$")]

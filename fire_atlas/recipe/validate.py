@@ -31,7 +31,11 @@ def validate(tree: RecipeTree) -> Recipe:
     try:
         return Recipe.model_validate(_with_source(tree))
     except ValidationError as error:
-        mistakes = error.errors(include_url=False)
+        mistakes = [
+            details
+            for details in error.errors(include_url=False)
+            if details["type"] != "default_factory_not_called"  # follows from another mistake
+        ]
         found = [problem for details in mistakes[:_MAX_REPORTED] for problem in _problems(details)]
     causes = [
         problem

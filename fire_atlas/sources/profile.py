@@ -18,6 +18,7 @@ from fire_atlas.generators.profile.generate.generated_fire import ProfileFireSet
 from fire_atlas.generators.profile.learn.fitness import PROXY_SIDE, refuse_length
 from fire_atlas.generators.profile.model import Profile
 from fire_atlas.generators.settings import GenerationSettings
+from fire_atlas.recipe.frame_size import LONGER_SIDE
 from fire_atlas.recipe.source import PROFILE_SUFFIX, ClipInput, FramesSource, ProfileSource
 from fire_atlas.sources.frames import Footage, examine_frames, open_with_proxy
 from fire_atlas.sources.reader import OpeningContext
@@ -43,8 +44,9 @@ def open_profile(
     profile, inputs = _profile_of(source, paths, context)
     settings = ProfileFireSettings(generation, source.slices, source.particles, source.detail)
     return generate_clips(
-        profile, settings, source.height, context.blend_space, inputs, context.workers
-    )
+        profile, settings, source.height, context.blend_space, inputs, context.workers,
+        _longer_side(source),
+    )  # fmt: skip
 
 
 def open_profile_in_wind(
@@ -57,8 +59,14 @@ def open_profile_in_wind(
     profile, inputs = _profile_of(source, paths, context)
     settings = ProfileFireSettings(generation, source.slices, source.particles, source.detail)
     return generate_in_wind(
-        profile, settings, source.height, context.blend_space, inputs, context.workers
-    )
+        profile, settings, source.height, context.blend_space, inputs, context.workers,
+        _longer_side(source),
+    )  # fmt: skip
+
+
+def _longer_side(source: ProfileSource) -> int | None:
+    """Return the longer side of a frame, px, if the recipe states it by ``size``."""
+    return None if source.size is None else LONGER_SIDE[source.size]
 
 
 def _profile_of(

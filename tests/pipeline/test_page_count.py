@@ -29,11 +29,16 @@ def count_of(repo: Repo, name: str = "fire") -> int:
 
 def advised(said: str, enough: str) -> list[list[str]]:
     """What a build says to set, each as ``--set`` takes it: ``[["source.height=48"], ...]``."""
-    change = r"[a-z_.]+: \d+(?: and [a-z_.]+: \d+)*"
+    keys = r"[a-z_.]+(?: and [a-z_.]+)*"
+    change = rf"[a-z_.]+: \w+(?: and [a-z_.]+: \w+)*(?: \(without {keys}\))?"
     found = re.search(rf"{enough} with ({change}(?:(?:, | or ){change})*)", " ".join(said.split()))
     assert found, said
-    choices = re.split(r", | or ", found[1])
-    return [[pair.replace(": ", "=") for pair in each.split(" and ")] for each in choices]
+    choices = []
+    for each in re.split(r", | or ", found[1]):
+        changes, _, without = each.strip(")").partition(" (without ")
+        removed = [f"{key}=~" for key in without.split(" and ") if key]
+        choices.append([pair.replace(": ", "=") for pair in changes.split(" and ")] + removed)
+    return choices
 
 
 @pytest.mark.parametrize(("width", "is_noted"), [(4096, False), (4100, True)])
@@ -74,6 +79,42 @@ def test_what_is_advised_for_generated_fire_holds_as_it_becomes_another_fire(rep
     recipe = repo.recipe(**keys, atlas={"max_size": 160})
     choices = advised(repo.run("build", recipe).err, "one is enough")
     assert [pair.partition("=")[0] for pair in choices[0]] == ["source.height", "source.width"]
+    for pairs in choices:
+        changes = [argument for pair in pairs for argument in ("--set", pair)]
+        repo.built(recipe, *changes)
+        assert count_of(repo) == 1, pairs
+
+
+SHEETS = {"kind": "silk", "aspect": 0.5, "rows": 8, "columns": 6, "sheets": {"count": 2}}
+LEARNT = {"kind": "profile", "path": "clip"}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("source", "size", "max_size", "first"),
+    [
+        (SHEETS, "hero", 1024, ["source.size=game"]),
+        (SHEETS, "hero", 600, ["source.size=draft"]),
+        (
+            SHEETS,
+            "draft",
+            300,
+            ["source.height=", "source.width=", "source.size=~", "source.aspect=~"],
+        ),
+        (LEARNT, "game", 640, ["source.size=draft"]),
+        (LEARNT, "draft", 200, ["source.height=", "source.size=~"]),
+    ],
+)
+def test_of_fire_with_a_size_a_smaller_one_is_advised_or_the_sides_in_its_place(
+    source: dict[str, Any], size: str, max_size: int, first: list[str], repo: Repo
+) -> None:
+    repo.clip(count=8)
+    keys: dict[str, Any] = {"timeline": {"frames": 6}, "flakes": "none", "tracks": []}
+    atlas = {"max_size": max_size, "trim": "none"}
+    recipe = repo.recipe(source={**source, "size": size}, **keys, atlas=atlas)
+    choices = advised(repo.run("build", recipe).err, "one is enough")
+    for wanted, pair in zip(first, choices[0], strict=True):
+        assert pair.startswith(wanted), choices
     for pairs in choices:
         changes = [argument for pair in pairs for argument in ("--set", pair)]
         repo.built(recipe, *changes)

@@ -76,7 +76,7 @@ def why_motion_is_not_played(product: Product) -> str | None:
         reason = f"it plays one animation of {len(sheet.animations)}; give each its own recipe"
     else:
         reason = (
-            f"it plays one page of {len(sheet.pages)}; set a larger atlas.max_size or a smaller "
-            "source.height"
+            f"it plays one page of {len(sheet.pages)}; set a larger atlas.max_size, or a smaller "
+            "source.height or source.size"
         )
     return f"maps.motion: no {sheet.name}{MOTION_SCENE} plays along the vectors: {reason}"

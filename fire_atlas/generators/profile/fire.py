@@ -52,6 +52,7 @@ def generate_clips(
     blend_space: str,
     inputs: tuple[Path, ...],
     workers: Workers,
+    longer_side: int | None = None,
 ) -> list[Clip]:
     """Generate a fire and return one clip of it for each view of ``settings``.
 
@@ -62,10 +63,12 @@ def generate_clips(
         blend_space: ``srgb`` or ``linear``: colour space in which the engine blends.
         inputs: Files the profile was made from.
         workers: Pool that measures the fire.
+        longer_side: The longer side of the frames, px, in place of ``height``.
     """
     generation = settings.generation
     fire = calibrate(profile, settings, workers)
-    views = renderings(fire, generation.azimuths(), generation.views.elevation, height)
+    elevation = generation.views.elevation
+    views = renderings(fire, generation.azimuths(), elevation, height, longer_side)
     return [rendered_clip(view, generation, blend_space, inputs) for view in views]
 
 
@@ -76,12 +79,13 @@ def generate_in_wind(
     blend_space: str,
     inputs: tuple[Path, ...],
     workers: Workers,
+    longer_side: int | None = None,
 ) -> FireInWind:
     """Generate a fire in each of the winds that it changes between; see ``generate_clips``."""
     shared = settings.generation
     generations = shared.in_each_wind()
     fires = [calibrate(profile, replace(settings, generation=g), workers) for g in generations]
-    views = renderings_in_wind(fires, shared.views.elevation, height)
+    views = renderings_in_wind(fires, shared.views.elevation, height, longer_side)
     loops = tuple(
         rendered_clip(view, generation, blend_space, inputs)
         for view, generation in zip(views, generations, strict=True)

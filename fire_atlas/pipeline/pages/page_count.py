@@ -1,7 +1,7 @@
 """Say that one page is not enough, or refuse more than ``atlas.max_pages``; and what would do."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 
 from fire_atlas.atlas.page_rules import Size
 from fire_atlas.atlas.remedies import (
@@ -15,10 +15,11 @@ from fire_atlas.core.context import BuildContext
 from fire_atlas.core.errors import OutputError
 from fire_atlas.effect.flakes.emission import ROOMY
 from fire_atlas.pipeline.animation.contribution import FinishedAnimation
+from fire_atlas.recipe.frame_size import LONGER_SIDE, FrameSize
 from fire_atlas.recipe.load import LoadedRecipe
 from fire_atlas.recipe.output import Atlas
 from fire_atlas.recipe.silk import SilkSource
-from fire_atlas.recipe.source import FramesSource
+from fire_atlas.recipe.source import FramesSource, ProfileSource, Source
 from fire_atlas.sources.framing import LARGE, SMALLEST
 from fire_atlas.sources.images import detect_format
 from fire_atlas.sources.json_atlas import is_atlas
@@ -89,10 +90,10 @@ def _remedies(
         def fits_at(smaller: int) -> bool:
             return made_at(smaller).scaled(smaller / height).pages(atlas) <= pages
 
-        if smaller := largest(fits_at, _LEAST_HEIGHT, height - 1):
-            as_wide = f" and source.width: {max(_LEAST_HEIGHT, width * smaller // height)}"
-            kept = as_wide if isinstance(recipe.source, SilkSource) else as_many
-            yield f"source.height: {smaller}{kept}"
+        if name := _smaller_size(recipe.source, height, fits_at):
+            yield f"source.size: {name}"
+        elif smaller := largest(fits_at, _LEAST_HEIGHT, height - 1):
+            yield _as_high(recipe.source, size, smaller) + as_many
         if recipe.timeline.tail is False and not recipe.wind.levels:
 
             def fits_with(count: int) -> bool:
@@ -103,6 +104,33 @@ def _remedies(
                 yield f"timeline.frames: {fewer - fewer % 2}{as_high}"
     if max_size := sufficient_size(frames, atlas, pages):
         yield f"atlas.max_size: {max_size}{as_high}"
+
+
+def _smaller_size(
+    source: Source | None, height: int, fits_at: Callable[[int], bool]
+) -> FrameSize | None:
+    """Return the largest size by name at which frames, now ``height`` px high, fit; None if none
+    does, or the source states no ``size``."""
+    if not isinstance(source, SilkSource | ProfileSource) or source.size is None:
+        return None
+    now = LONGER_SIDE[source.size]
+    fitting = [
+        name
+        for name, side in LONGER_SIDE.items()
+        if side < now and fits_at(math.ceil(height * side / now))
+    ]
+    return fitting[-1] if fitting else None
+
+
+def _as_high(source: Source | None, frame: Size, height: int) -> str:
+    """Return what to set for a ``frame`` of (width, height), px, to be ``height`` px high."""
+    wide = without = ""
+    if isinstance(source, SilkSource):
+        wide = f" and source.width: {max(_LEAST_HEIGHT, frame[0] * height // frame[1])}"
+    if isinstance(source, SilkSource | ProfileSource) and source.size is not None:
+        shaped = isinstance(source, SilkSource) and source.aspect is not None
+        without = f" (without source.size{' and source.aspect' if shaped else ''})"
+    return f"source.height: {height}{wide}{without}"
 
 
 def _kept(loaded: LoadedRecipe, count: int, height: int) -> tuple[str, str]:

@@ -71,6 +71,22 @@ def test_a_recipe_builds_new_frames_of_any_length(repo: Path) -> None:
 
 
 @pytest.mark.slow
+def test_a_size_builds_the_bytes_of_its_height_written_out(repo: Path) -> None:
+    code, said = run("learn", repo / "front", "-o", repo / "kite.profile.json")
+    assert code == 0, said
+    learnt = {"path": "kite.profile.json"}
+    files = built(recipe(repo, {**learnt, "size": "game"}), "--set", "source.size=draft")
+    same = built(recipe(repo, {**learnt, "height": 192}))
+    assert files.pop("fire.manifest.json") and same.pop("fire.manifest.json")
+    assert files == same
+    frame = json.loads(files["fire.json"])["frames"]["fire/0000"]["sourceSize"]
+    assert frame["h"] == 192 > frame["w"]
+    by_default = json.loads(built(recipe(repo, learnt))["fire.json"])["frames"]["fire/0000"]
+    shape = by_default["sourceSize"]["w"] / by_default["sourceSize"]["h"]
+    assert frame["w"] / frame["h"] == pytest.approx(shape, rel=0.05)
+
+
+@pytest.mark.slow
 def test_views_are_animations_of_their_own(repo: Path) -> None:
     keys: dict[str, Any] = {"views": {"count": 3, "elevation": 20}, "flakes": {"rate": 20}}
     files = built(recipe(repo, {"side_path": "side"}, **keys))
@@ -198,7 +214,9 @@ def test_keys_of_learning_are_refused_for_a_profile_file(
     assert code == 2 and f"source.{key}: says how to learn" in said and "remove it" in said, said
 
 
-@pytest.mark.parametrize("key", ["slices=3", "particles=50", "detail=0.5", "height=64"])
+@pytest.mark.parametrize(
+    "key", ["slices=3", "particles=50", "detail=0.5", "height=64", "size=game"]
+)
 def test_keys_of_generating_are_refused_by_learn(repo: Path, key: str) -> None:
     code, said = run("learn", repo / "front", "-o", repo / "x.profile.json", "--set", key)
     assert code == 2 and "says how fire is generated" in said and "in the recipe" in said, said

@@ -72,6 +72,20 @@ def test_an_unchanged_build_does_nothing_and_a_changed_fuel_builds(
     assert after["torch.png"] != before["torch.png"]
 
 
+@pytest.mark.slow
+def test_a_size_builds_the_bytes_of_its_width_and_height_written_out(tmp_path: Path) -> None:
+    coarse = {"kind": "silk", "rows": 12, "columns": 8, "sheets": {"count": 2}}
+    keys = {"flakes": {"rate": 20}, "atlas": {"trim": "none"}}
+    named = recipe(tmp_path, {**coarse, "size": "game", "aspect": 0.5}, **keys)
+    files = built(named, tmp_path / "named", "--set", "source.size=draft")
+    stated = recipe(tmp_path, {**coarse, "width": 96, "height": 192}, **keys)
+    same = built(stated, tmp_path / "stated")
+    assert files.pop("torch.manifest.json") and same.pop("torch.manifest.json")
+    assert files == same
+    frames = json.loads(files["torch.json"])["frames"].values()
+    assert [frame["sourceSize"] for frame in frames] == 6 * [{"w": 96, "h": 192}]
+
+
 def test_a_clip_on_the_sheets_is_an_input(tmp_path: Path) -> None:
     from PIL import Image
 

@@ -91,6 +91,10 @@ def _pixels(fire: Burning) -> float:
     return float(fire.camera.width * fire.camera.height)
 
 
+def _shape(fire: Burning) -> float:
+    return fire.camera.width / fire.camera.height
+
+
 def _lights(fire: Burning) -> Array:
     return np.asarray(1000 * fire.light.mean(axis=(1, 2, 3)))
 
@@ -224,6 +228,7 @@ FOOT = Figure("height of the flame's foot", Unit.HEIGHT, _foot)
 WIDTH = Figure("width of the fire", Unit.HEIGHT, _width)
 CENTRE = Figure("place of the fire from the left", Unit.HEIGHT, _centre)
 PIXELS = Figure("pixels of a frame", Unit.NUMBER, _pixels)
+SHAPE = Figure("width of a frame, of its height", Unit.NUMBER, _shape)
 LIGHT = Figure("light of the frame, thousandths", Unit.NUMBER, _light)
 BLUE = Figure("blue in the light of the flame", Unit.SHARE, _blue)
 WHITENESS = Figure("blue relative to red in the flame", Unit.SHARE, _whiteness)
@@ -299,6 +304,15 @@ def _ramp(first: float, last: float) -> list[dict[str, float]]:
 
 
 PROMISES_OF_SILK = (
+    _of_silk("source.size", "Length of a frame's longer side", PIXELS, "draft", "game"),
+    _of_silk(
+        "source.aspect",
+        "Width of a frame divided by its height",
+        SHAPE,
+        0.5,
+        2.0,
+        needs={"source": {"size": "draft"}},
+    ),
     _of_silk("source.width", "Width of a frame, px", PIXELS, 96, 192),
     _of_silk("source.height", "Height of a frame, px", PIXELS, 96, 192),
     _of_silk("source.foot", "Height of the ground above the lower edge", FOOT, 0.0, 0.3),
@@ -545,7 +559,8 @@ def burn(promise: Promise, value: Any, seed: int, height: int) -> Burning:
     for items in ("sheets", "intruders"):
         if isinstance(given.get(items), dict) and "arrangement" not in given[items]:
             given[items] = [given[items]]
-    usual = {"width": height, "height": height, "rows": 12, "columns": 8}
+    frame = {} if "size" in given else {"width": height, "height": height}
+    usual = {**frame, "rows": 12, "columns": 8}
     sheets = {"arrangement": "crossed", "count": 5, "width": 0.35, "height": 0.9}
     source = SilkSource.model_validate({"kind": "silk", "sheets": sheets, **usual, **given})
     timeline = keys.get("timeline", {})

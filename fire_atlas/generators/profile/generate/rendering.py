@@ -162,7 +162,7 @@ class ProfileRendering:
         """The camera in front of the fire, level, in px of the same size; it sees all of it."""
         if self.camera.elevation == 0:
             return self.camera.from_the_front()
-        return _front_camera(self.fire, 0.0, None, self.camera.scale)
+        return _front_camera(self.fire, 0.0, scale=self.camera.scale)
 
     def seen_by(self, camera: Camera) -> "ProfileRendering":
         """Return the same fire seen by another camera."""
@@ -346,7 +346,11 @@ class ProfileRendering:
 
 
 def renderings(
-    fire: GeneratedFire, azimuths: Iterable[float], elevation: float, height: int | None
+    fire: GeneratedFire,
+    azimuths: Iterable[float],
+    elevation: float,
+    height: int | None,
+    longer_side: int | None = None,
 ) -> list[ProfileRendering]:
     """Return ``fire`` seen from each azimuth, all with the same frame size and scale.
 
@@ -355,27 +359,36 @@ def renderings(
         azimuths: Directions of the cameras, degrees, counter-clockwise seen from above.
         elevation: Angle of the cameras above the horizon, degrees.
         height: Height of the frame, px; None keeps the scale of the clip.
+        longer_side: The longer side of the frame, px, in place of ``height``.
     """
-    camera = _front_camera(fire, elevation, height)
+    camera = _front_camera(fire, elevation, height, longer_side)
     cameras = [replace(camera, azimuth=math.radians(azimuth)) for azimuth in azimuths]
     return [ProfileRendering.of(fire, camera) for camera in cameras]
 
 
 def renderings_in_wind(
-    fires: Sequence[GeneratedFire], elevation: float, height: int | None
+    fires: Sequence[GeneratedFire],
+    elevation: float,
+    height: int | None,
+    longer_side: int | None = None,
 ) -> list[ProfileRendering]:
     """Return the same fire in several winds, seen from the front in frames of one size; arguments
     as for ``renderings``."""
-    cameras = [_front_camera(fire, elevation, height) for fire in fires]
-    widest = max(cameras, key=lambda camera: camera.width)
-    return [ProfileRendering.of(fire, widest) for fire in fires]
+    widest = max(fires, key=lambda fire: _front_camera(fire, elevation, height).width)
+    camera = _front_camera(widest, elevation, height, longer_side)
+    return [ProfileRendering.of(fire, camera) for fire in fires]
 
 
 def _front_camera(
-    fire: GeneratedFire, elevation: float, height: int | None, scale: float | None = None
+    fire: GeneratedFire,
+    elevation: float,
+    height: int | None = None,
+    longer_side: int | None = None,
+    scale: float | None = None,
 ) -> Camera:
     """Return a front camera whose frame holds the whole fire, also when seen from other sides and
-    in the strongest wind. Without ``height`` px its ``scale`` is px per flame height."""
+    in the strongest wind. Without ``height`` and ``longer_side``, px, its ``scale`` is px per flame
+    height."""
     profile, grid = fire.profile, fire.profile.grid
     tilt = math.radians(min(max(elevation, -_MAX_ELEVATION), _MAX_ELEVATION))
     half = max(side.half_width for side in profile.sides)
@@ -400,14 +413,20 @@ def _front_camera(
         below += billboard_margin(half)
     left_right, up, down = _displacements(profile)
     aside, above, below = aside + left_right, above + up, below + down
-    if height is None:
-        scale = scale or profile.front.statistics.height.median
-    else:
+    width = None
+    if longer_side is not None:
+        across = (longer_side / 2 - _MARGIN) / aside
+        if across * (above + below) < longer_side - 2 * _MARGIN - 1:
+            width, scale = longer_side, across
+        else:
+            height = longer_side
+    if height is not None:
         scale = max(height - 2 * _MARGIN - 1, 1) / (above + below)
+    scale = scale or profile.front.statistics.height.median
     # The base is on a pixel boundary, as in most sprites, so their pixels are not resampled.
     ground = math.ceil(below * scale) + _MARGIN
     rows = height or math.ceil(above * scale) + _MARGIN + ground
-    columns = 2 * (math.ceil(aside * scale) + _MARGIN)
+    columns = width or 2 * (math.ceil(aside * scale) + _MARGIN)
     return Camera(0.0, tilt, columns, rows, (columns / 2, float(rows - ground)), scale)
 
 
