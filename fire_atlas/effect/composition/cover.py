@@ -5,8 +5,9 @@ shines darkens a bright background wherever the flame is thin: brown rings aroun
 wisps. One that covers nothing turns the whole flame white by day, and its edges pale. Premultiplied
 pages state light and cover apart. Light covers as much as leaves a bright sky as bright as it is,
 its own luminance relative to the sky's; but never more than the coverage F that it needs to be
-shown by itself, as no page is brighter than its coverage, and at least F²: what is dense hides all,
-whatever its hue. Over black nothing changes.
+shown by itself, as no page is brighter than its coverage, and at least F². Fire that is not thin
+hides all the more: of a dense one no sky would be left, and through one that is neither, its blue
+and the fire's red were pink. Over black nothing changes.
 """
 
 from typing import NamedTuple
@@ -14,11 +15,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fire_atlas.core.easing import smooth_step
 from fire_atlas.core.picture import Picture, as_light, brightest_shown, where_covered
 from fire_atlas.core.pixels import REC709, Plane, as_plane, light_added
 
 SKY_LUMINANCE = {"srgb": 0.88, "linear": 0.68}
 """Luminance of a bright sky, in the encoding in which a client blends."""
+
+THIN, DENSE = 0.25, 0.6
+"""Coverage F up to which fire is thin, and from which on it hides as much as it covers."""
 
 _ROUNDING = np.float32(1.5 / 255)
 """Difference of coverage and light that is that of their bytes."""
@@ -57,7 +62,9 @@ def cover_of_light(
     luminance = red * REC709[0] + green * REC709[1] + blue * REC709[2]
     allowed = luminance / np.float32(SKY_LUMINANCE[blend_space])
     left = (allowed - behind) / np.maximum(1 - behind, _MIN_CLEAR)
-    return as_plane(np.maximum(coverage * coverage, np.minimum(left, coverage)))
+    thin = np.maximum(coverage * coverage, np.minimum(left, coverage))
+    dense = smooth_step((coverage - THIN) / (DENSE - THIN)) * (1 - behind)
+    return as_plane(thin + (coverage - thin) * dense)
 
 
 def hidden_by_coverage(flame: Picture) -> Plane:

@@ -5,7 +5,7 @@ from typing import Any
 
 from fire_atlas.atlas.sheet import AtlasSheet, Region
 from fire_atlas.core.output_file import OutputFile
-from fire_atlas.effect.composition.cover import SKY_LUMINANCE
+from fire_atlas.effect.composition.cover import DENSE, SKY_LUMINANCE, THIN
 from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.engines.godot.flakes import FlakeArrays, flake_arrays
 from fire_atlas.engines.godot.names import (
@@ -18,6 +18,12 @@ from fire_atlas.engines.godot.names import (
 from fire_atlas.engines.godot.resources import rendered_text, resource, script, script_reference
 from fire_atlas.engines.godot.sprite_frames import pivots
 from fire_atlas.formats.product import Product
+
+_THINNER = """\
+	float thin = dot(colour, vec3(0.2126, 0.7152, 0.0722)) / {sky};
+	thin = max(covered * covered, min(covered, thin));
+	covered = mix(thin, covered, smoothstep({thin}, {dense}, covered));"""
+"""Lines of a shader that lessen what light ``covered`` hides; see ``cover_of_light``."""
 
 
 def flake_player(product: Product, arrays: FlakeArrays) -> Iterator[OutputFile]:
@@ -69,7 +75,7 @@ def flake_shader(
         f"{template}.gdshader",
         alpha=sheet.alpha,
         thins=sheet.thins,
-        sky=SKY_LUMINANCE[sheet.blend_space],
+        thinner=_THINNER.format(sky=SKY_LUMINANCE[sheet.blend_space], thin=THIN, dense=DENSE),
         blend_space=sheet.blend_space,
         film=adds_up,
         particles=particles,

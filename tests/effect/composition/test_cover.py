@@ -65,12 +65,14 @@ def test_thin_fire_brightens_the_sky(hue: tuple[float, float, float], level: flo
         assert full.max() < sky - 1, "as much cover as light darkens it"
 
 
-def test_white_light_covers_as_it_shines_and_red_light_less_but_at_least_the_square() -> None:
+def test_white_light_covers_as_it_shines_and_red_light_less_where_it_is_thin() -> None:
     levels = np.linspace(0, 1, 256)
     for hue, share in ((np.ones(3), 1.0), (np.array([1.0, 0, 0]), 0.2126 / 0.88)):
         full, thin = both(light(*(tuple(level * hue) for level in levels)), "srgb")
         needed = full[..., 3] / 255
-        wanted = 255 * np.maximum(needed * needed, share * needed)
+        thin = np.maximum(needed * needed, share * needed)
+        dense = np.clip((needed - 0.25) / 0.35, 0, 1)
+        wanted = 255 * (thin + (needed - thin) * dense**2 * (3 - 2 * dense))
         assert np.abs(thin[..., 3] - wanted).max() <= 0.6
 
 
