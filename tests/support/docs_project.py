@@ -6,9 +6,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import yaml
 from PIL import Image
 
 from fire_atlas.core.shipped import shipped
+from fire_atlas.recipe.inherit import presets
 from tests.support.synthetic_fire import write_video
 
 INPUTS = {
@@ -69,4 +71,9 @@ def made_small(keys: dict[str, Any], height: int, frames: int) -> list[str]:
     kind = keys.get("source", {}).get("kind")
     if kind == "sprites" or ("source" not in keys and "extends" not in keys):
         return []
-    return ["--set", f"source.height={height}", "--set", f"timeline.frames={frames}"]
+    extended = presets()[keys["extends"]] if keys.get("extends") in presets() else None
+    ready = yaml.safe_load(extended.read_text(encoding="utf-8"))["source"] if extended else {}
+    source = {**ready, **keys.get("source", {})}
+    is_silk = source.get("kind") == "silk" and not source.keys() & {"width", "height"}
+    size = "source.size=draft" if is_silk else f"source.height={height}"
+    return ["--set", size, "--set", f"timeline.frames={frames}"]

@@ -1,0 +1,108 @@
+"""Make the moving pictures at the top of the README: ``python -m tools.first_pictures [FOLDER]``.
+
+Each shows ready recipes, built into FOLDER (default: a temporary one), over a dark ground.
+"""
+
+import os
+import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from fire_atlas.cli import main
+from fire_atlas.formats.atlas.texture_packer import read_atlas
+from fire_atlas.preview.blend import blend
+from fire_atlas.preview.cut_frames import cut_frames
+
+DOCS = Path(__file__).parents[1] / "docs"
+
+BANNER = ("bonfire", "silk_campfire", "fire_ring", "blue_flame", "silk_torch")
+SQUARES = (
+    "flame_jet", "burning_crate", "campfire_above", "ground_fire", "fireball", "endless_candle",
+)  # fmt: skip
+RAMPS = ("soul", "poison", "copper", "gas")
+
+_FRAMES, _FPS = 24, 24
+_GROUND = (16, 16, 20)
+_BANNER_HEIGHT, _SQUARE, _RAMP_HEIGHT = 300, 208, 260
+_GAP = 6
+
+Film = list[NDArray[np.uint8]]
+"""Frames (height, width, 3)."""
+
+
+def draw() -> None:
+    """Write docs/banner.webp, docs/squares.webp and docs/ramps.webp."""
+    fires = [_fitted(film, _BANNER_HEIGHT) for name in BANNER for film in _films(name).values()]
+    _save("banner", fires)
+    squares = [_square(film) for name in SQUARES for film in _films(name).values()]
+    _save("squares", squares)
+    films = _films("soul_fire")
+    _save("ramps", [_fitted(films[name], _RAMP_HEIGHT) for name in RAMPS])
+
+
+def _films(name: str) -> dict[str, Film]:
+    """Build a ready recipe and return its animations over the ground."""
+    assert main(["init", name, "-q"]) == 0
+    settings = [
+        f"timeline.frames={_FRAMES}", f"timeline.fps={_FPS}", "atlas.trim=none",
+        "atlas.dedupe=false", "exports=[json]", "tracks=[]",
+    ]  # fmt: skip
+    chosen = [word for setting in settings for word in ("--set", setting)]
+    assert main(["build", f"{name}.yaml", "-q", *chosen]) == 0
+    atlas = read_atlas(Path("build") / f"{name}.json")
+    sheet = atlas.sheet
+    shown = {
+        frame.name: blend(pixels, _GROUND, sheet.alpha, sheet.blend_space)
+        for frame, pixels in zip(atlas.frames, cut_frames(atlas), strict=True)
+    }
+    return {
+        animation.name.rpartition("/")[2]: [shown[frame] for frame in animation.frames]
+        for animation in sheet.animations
+    }
+
+
+def _fitted(film: Film, height: int) -> Film:
+    """Return a film ``height`` px high."""
+    width = round(film[0].shape[1] * height / film[0].shape[0])
+    return [
+        np.asarray(Image.fromarray(frame).resize((width, height), Image.Resampling.LANCZOS))
+        for frame in film
+    ]
+
+
+def _square(film: Film) -> Film:
+    """Return a film in the middle of a square."""
+    found = []
+    for frame in film:
+        image = Image.fromarray(frame)
+        image.thumbnail((_SQUARE, _SQUARE), Image.Resampling.LANCZOS)
+        square = Image.new("RGB", (_SQUARE, _SQUARE), _GROUND)
+        square.paste(image, ((_SQUARE - image.width) // 2, (_SQUARE - image.height) // 2))
+        found.append(np.asarray(square))
+    return found
+
+
+def _save(name: str, films: Sequence[Film]) -> None:
+    """Write films side by side as a WebP that loops."""
+    frames = []
+    for i in range(_FRAMES):
+        parts = [film[i % len(film)] for film in films]
+        gap = np.full((parts[0].shape[0], _GAP, 3), _GROUND, np.uint8)
+        row = [piece for part in parts for piece in (part, gap)][:-1]
+        frames.append(Image.fromarray(np.hstack(row)))
+    frames[0].save(
+        DOCS / f"{name}.webp", save_all=True, append_images=frames[1:],
+        duration=[round(1000 / _FPS)] * _FRAMES, loop=0, quality=60, method=6,
+    )  # fmt: skip
+    print(name)
+
+
+if __name__ == "__main__":
+    with tempfile.TemporaryDirectory() as temporary:
+        os.chdir(sys.argv[1] if len(sys.argv) > 1 else temporary)
+        draw()
