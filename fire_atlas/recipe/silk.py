@@ -93,8 +93,9 @@ class Arrangement(Settings):
 
     @model_validator(mode="after")
     def _one_place(self) -> Self:
-        if self.on != "none" and (stated := {"arrangement", "spread"} & self.model_fields_set):
-            raise ValueError(f"`on` says where they begin: leave out `{min(stated)}`")
+        if self.on != "none" and (self.arrangement != "crossed" or self.spread):
+            other = "spread" if self.spread else "arrangement"
+            raise ValueError(f"`on` says where they begin: leave out `{other}`")
         if self.arrangement == "jet" and self.direction is None:
             raise ValueError("a jet needs a direction, as `direction: [1, 0, 0]` to the right")
         if self.arrangement != "jet" and self.direction is not None:
