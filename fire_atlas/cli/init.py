@@ -17,8 +17,7 @@ from fire_atlas.core.files import real
 from fire_atlas.core.interruption import signals_wait
 from fire_atlas.outputs.recovery import tidy
 from fire_atlas.outputs.staging import Staging
-from fire_atlas.recipe.inherit import presets
-from fire_atlas.recipe.problem import did_you_mean
+from fire_atlas.recipe.inherit import instead_of, presets
 from fire_atlas.recipe.tree import RecipeTree, is_recipe, named_files, nearest_name, read_tree
 from fire_atlas.sources.listing import locate
 
@@ -160,8 +159,7 @@ def _first_comment(path: Path) -> str:
 def _preset(name: str) -> Path:
     known = presets()
     if name not in known:
-        near = did_you_mean(name, known) or f"; presets are {', '.join(known)}"
-        raise RecipeError(f"there is no preset {name}{near}")
+        raise RecipeError(f"there is no preset {name}{instead_of(name)}")
     return known[name]
 
 

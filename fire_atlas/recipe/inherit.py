@@ -60,6 +60,16 @@ def presets() -> dict[str, Path]:
     return {path.stem: path for path in sorted(shipped("recipes").glob("*.yaml"))}
 
 
+def instead_of(name: str) -> str:
+    """Return what to write for ``name``, which is no preset: ``"; did you mean torch?"``."""
+    if name == "paper":  # a value of `features.preset`, which is easily taken for one of these
+        return (
+            "; write `features: {preset: paper}` and `atlas: {alpha: premultiplied}` in your "
+            "recipe instead, or copy the whole one from docs/papers.md"
+        )
+    return did_you_mean(name, presets()) or f"; presets are {', '.join(presets())}"
+
+
 def _merge_values(
     base: dict[str, Value], over: dict[str, Value], at: KeyPath, replaced: set[KeyPath]
 ) -> dict[str, Value]:
@@ -87,14 +97,14 @@ def _base_of(document: Document, path: Path) -> Path:
         return file
     if name in presets():
         return presets()[name]
-    raise RecipeError(f"{where}: there is no preset {name}{_suggestion(name, path.parent)}")
+    raise RecipeError(f"{where}: there is no preset {name}{_suggestion(name, path)}")
 
 
-def _suggestion(name: str, folder: Path) -> str:
-    for beside in (name + ending for ending in RECIPE_ENDINGS):
-        if (folder / beside).is_file():
-            return f"; did you mean the file ./{beside}?"
-    return did_you_mean(name, presets()) or f"; presets are {', '.join(presets())}"
+def _suggestion(name: str, path: Path) -> str:
+    for beside in (path.with_name(name + ending) for ending in RECIPE_ENDINGS):
+        if beside.is_file() and beside.name != path.name:
+            return f"; did you mean the file ./{beside.name}?"
+    return instead_of(name)
 
 
 def _refuse_circle(document: Document, files: list[Path], base: Path) -> None:

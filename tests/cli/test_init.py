@@ -107,6 +107,18 @@ def test_a_misspelt_preset_is_guessed(presets: Path, capsys: pytest.CaptureFixtu
     assert capsys.readouterr().err == "error: there is no preset troch; did you mean torch?\n"
 
 
+def test_the_paper_is_not_listed_and_advice_says_which_keys_it_is(
+    elsewhere: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["init"]) == 0
+    listed = [line.split()[0] for line in capsys.readouterr().out.splitlines()]
+    assert "campfire" in listed and "paper" not in listed
+    assert main(["init", "paper"]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith("error: there is no preset paper; write `features: {preset: paper}` and")
+    assert not list(elsewhere.iterdir())
+
+
 @pytest.mark.parametrize("preset", sorted(p.stem for p in shipped("recipes").glob("*.yaml")))
 def test_every_preset_that_ships_can_be_copied_and_checked(preset: str) -> None:
     assert main(["init", preset]) == 0

@@ -4,9 +4,12 @@ import re
 from collections.abc import Iterator
 
 import pytest
+import yaml
 
+from fire_atlas.recipe.inherit import instead_of
 from fire_atlas.recipe.keys import all_keys
-from tests.docs.markdown import ROOT, page_text, section
+from fire_atlas.recipe.models import Recipe
+from tests.docs.markdown import ROOT, code_blocks, page_text, section
 
 PAGE = "docs/papers.md"
 
@@ -77,3 +80,16 @@ def test_every_key_that_is_named_is_one_of_a_recipe() -> None:
     words = [word for word in re.findall(r"`(\w+\.\w+)`", TEXT) if word.partition(".")[0] in blocks]
     assert len(words) > 10
     assert [word for word in words if word not in KEYS] == []
+
+
+def test_the_recipe_is_what_is_advised_in_place_of_a_ready_one() -> None:
+    """``init paper`` and ``extends: paper`` name keys; with a source they are the whole recipe."""
+    (recipe,) = (yaml.safe_load(block) for block in code_blocks(PAGE, "yaml"))
+    advised = [
+        yaml.safe_load(keys) for keys in re.findall(r"`(\w+: \{.*?\})`", instead_of("paper"))
+    ]
+    assert advised
+    keys = {block: values for each in advised for block, values in each.items()}
+    built = Recipe.model_validate({"source": recipe["source"], **keys})
+    assert Recipe.model_validate(recipe) == built
+    assert built.features.preset == "paper"

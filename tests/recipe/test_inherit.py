@@ -92,6 +92,23 @@ def test_a_file_named_like_a_preset_is_pointed_out(write: Write, presets: Path) 
     assert "did you mean the file ./mine.yaml?" in refusal(write("extends: mine"))
 
 
+def test_a_recipe_that_extends_a_misspelt_name_of_its_own_is_not_sent_to_itself(
+    write: Write, presets: Path
+) -> None:
+    (presets / "torch.yaml").write_text("source: {path: x}")
+    assert "; did you mean torch?" in refusal(write("extends: torhc", "torhc.yaml"))
+
+
+@pytest.mark.parametrize("file", ["mine.yaml", "paper.yaml"])
+def test_the_paper_is_no_preset_but_keys(write: Write, file: str) -> None:
+    path = write("seed: 1\nextends: paper", file)
+    assert refusal(path) == (
+        f"{path}:2: extends: there is no preset paper; write `features: {{preset: paper}}` and "
+        f"`atlas: {{alpha: premultiplied}}` in your recipe instead, or copy the whole one from "
+        f"docs/papers.md"
+    )
+
+
 def test_a_circle_is_spelt_out(write: Write) -> None:
     write("extends: ./c.yaml", "b.yaml")
     write("# c\nextends: ./a.yaml", "c.yaml")

@@ -1,7 +1,7 @@
 """How long a shared cache takes to give back 60 builds, whole and with damaged entries.
 
 Run it from the checkout: ``python -m tools.bench.cache [recipes]`` (default: 60, the ready recipes
-with other seeds; 14 take about a minute).
+with other seeds; 13 take about a minute).
 
 Fills a cache by building all recipes, with ``--jobs 2``, then builds them into empty folders:
 
