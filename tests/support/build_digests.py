@@ -1,6 +1,6 @@
 """The SHA-256 of every file that a broad set of builds writes: has a change moved a byte?
 
-Builds the thirteen ready recipes, the ten real clips under default settings with every export and
+Builds the ready recipes, the ten real clips under default settings with every export and
 track format, and recipes that reach what those do not: members, views, scales, grids, each kind of
 map, each way a clip is arranged. Only the command line is used, so that the program inside may be
 rearranged at will. Run by hand before and after such a change:
