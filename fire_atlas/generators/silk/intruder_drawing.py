@@ -9,6 +9,7 @@ Positions and normals are in camera axes (right, down, away from the camera), he
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Self
 
 import cv2
@@ -179,7 +180,7 @@ def draw_intruders(
         return IntruderBuffers.blank(0, 0)
     buffers = IntruderBuffers.blank(camera.height * samples, camera.width * samples)
     for i, body in visible:
-        _draw(buffers, body, i, body.ends(time), camera, samples, hearth)
+        _draw(buffers, body, i, time, camera, samples, hearth)
     return buffers
 
 
@@ -200,23 +201,20 @@ def _draw(
     buffers: IntruderBuffers,
     body: IntruderBody,
     number: int,
-    ends: tuple[Points, Points],
+    time: float,
     camera: Camera,
     samples: int,
     hearth: Hearth,
 ) -> None:
-    """Draw the body ``number`` between its ``ends``, where it is in front of those drawn before."""
-    box = _box(body, ends, camera, samples, buffers.coverage.shape)
-    if box is None:
+    """Draw the body ``number`` at ``time`` s, where it is in front of those drawn before."""
+    outline = _outline(body, number, time if len(body.times) > 1 else 0.0, camera, samples)
+    if outline is None:
         return
-    y, x = np.mgrid[box[0], box[1]] + 0.5
-    seen = _SeenBody.of(body, number, ends, camera)
-    hit, position = seen.cast(x / samples, y / samples)
-    share = _smooth_edge(seen, samples, (x, y), hit, position)
+    box, share, hit, position = outline.box, outline.share, outline.hit, outline.position
     buffers.coverage[box] = np.maximum(buffers.coverage[box], share)
     at = np.nonzero((share > 0) & (hit.depth < buffers.position[box][..., 2]))
     target = at[0] + box[0].start, at[1] + box[1].start
-    surface = _surface(seen, position[at], hit.normal[at], hearth)
+    surface = _surface(outline.seen, position[at], hit.normal[at], hearth)
     buffers.position[target] = position[at]
     buffers.normal[target] = surface.normal
     buffers.colour[target] = surface.colour
@@ -338,6 +336,41 @@ def _smooth_edge(
         hit.depth[target], hit.normal[target] = other.depth[new], other.normal[new]
         position[target] = place[new]
     return share
+
+
+@dataclass(frozen=True, slots=True)
+class _Outline:
+    """Where a body is in a picture.
+
+    Attributes:
+        seen: The body before the camera.
+        box: Rows and columns of the samples that it may cover.
+        share: (rows, columns) fraction of each sample that it covers, 0..1.
+        hit: Where the line of sight of each meets it.
+        position: (rows, columns, 3) of that place, heights.
+    """
+
+    seen: _SeenBody
+    box: tuple[slice, slice]
+    share: Plane
+    hit: _Hit
+    position: Points
+
+
+@lru_cache(maxsize=32)  # what rests is where it was in the frame before
+def _outline(
+    body: IntruderBody, number: int, time: float, camera: Camera, samples: int
+) -> _Outline | None:
+    """Return where the body ``number`` is at ``time`` s; None if it covers no sample."""
+    ends = body.ends(time)
+    box = _box(body, ends, camera, samples, (camera.height * samples, camera.width * samples))
+    if box is None:
+        return None
+    y, x = np.mgrid[box[0], box[1]] + 0.5
+    seen = _SeenBody.of(body, number, ends, camera)
+    hit, position = seen.cast(x / samples, y / samples)
+    share = _smooth_edge(seen, samples, (x, y), hit, position)
+    return _Outline(seen, box, share, hit, position)
 
 
 def _intersect(

@@ -27,9 +27,11 @@ _SURFACE_ACCELERATION = 12.0
 """Acceleration at the surface of an intruder of strength 1, heights/s²."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class IntruderBody:
     """An intruder: all points within ``radius`` of a line segment that moves along keyframes.
+
+    Each is equal to itself alone.
 
     Attributes:
         times: (k,) of the keyframes, s, ascending.
