@@ -1,6 +1,7 @@
 """Make the moving pictures at the top of the README: ``python -m tools.first_pictures [FOLDER]``.
 
-Each shows ready recipes, built into FOLDER (default: a temporary one), over a dark ground.
+Each shows ready recipes of 24 frames a second, built into FOLDER (default: a temporary one), over a
+dark ground.
 """
 
 import os
@@ -49,8 +50,8 @@ def _films(name: str) -> dict[str, Film]:
     """Build a ready recipe and return its animations over the ground."""
     assert main(["init", name, "-q"]) == 0
     settings = [
-        f"timeline.frames={_FRAMES}", f"timeline.fps={_FPS}", "atlas.trim=none",
-        "atlas.dedupe=false", "exports=[json]", "tracks=[]",
+        f"timeline.frames={_FRAMES}", "atlas.trim=none", "atlas.dedupe=false",
+        "exports=[json]", "tracks=[]",
     ]  # fmt: skip
     chosen = [word for setting in settings for word in ("--set", setting)]
     assert main(["build", f"{name}.yaml", "-q", *chosen]) == 0
