@@ -162,7 +162,7 @@ def write_preview(
         atlas: The JSON of its first page.
         to: The file to write; an earlier preview there is replaced.
         kind: ``page``, ``gif``, ``webp``, ``apng``, or ``sheet``: a contact sheet.
-        background: Colour behind the fire, as in CSS.
+        background: Colour behind the fire, as in CSS; animated pictures may be ``transparent``.
         overwrite: Replace even a file that is no preview.
 
     Returns:
@@ -171,7 +171,7 @@ def write_preview(
     Raises:
         FireAtlasError: It is no atlas, the colour is none, or the file is taken.
     """
-    target, color = Path(to), color_of(background, "background")
+    target, color = Path(to), color_of(background, kind, "background")
     if not overwrite and not is_preview(target, kind):
         refuse_existing([target])
     played = with_singles_played(read_atlas(Path(atlas)))

@@ -261,7 +261,10 @@ def _add_preview(commands: _Commands) -> _Parser:
     )
     parser.add_argument("-o", "--out", type=path_of, metavar="FILE", help="file to write")
     parser.add_argument(
-        "--background", default="#101014", metavar="COLOR", help="colour (default: %(default)s)"
+        "--background",
+        default="#101014",
+        metavar="COLOR",
+        help="colour (default: %(default)s), or of a picture that moves: transparent",
     )
     _add_set(parser)
     _add_jobs(parser)

@@ -20,7 +20,7 @@ _SUFFIX = {"page": ".html", "gif": ".gif", "webp": ".webp", "apng": ".png", "she
 
 def run(args: Namespace) -> int:
     """Make the HTML page or picture of a recipe or of a built atlas."""
-    background = color_of(args.background, "--background")
+    background = color_of(args.background, args.kind, "--background")
     tree = _tree(args)
     target = args.out or _default_target(args, args.subject.stem if tree is None else tree.name)
     _refuse_taken(target, args)

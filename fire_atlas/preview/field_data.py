@@ -41,8 +41,7 @@ class FieldData:
         """
         known = {layer for marks in self.marks.values() for layer in marks.longest}
         return {
-            "layers": {layer: text.word for layer, text in LAYERS.items()},
-            "absent": [layer for layer in LAYERS if layer not in known],
+            "layers": {layer: text.word for layer, text in LAYERS.items() if layer in known},
             "colours": [srgb_to_hex(colour) for colour in RAMP],
             "rows": [_rows(self.marks[name]) for name in names if name in self.marks],
         }

@@ -23,7 +23,7 @@ PreviewKind: TypeAlias = Literal["page", "gif", "webp", "apng", "sheet"]
 def preview_of(
     atlas: AtlasFile,
     kind: PreviewKind,
-    background: Color,
+    background: Color | None,
     clip: Clip | None = None,
     field: Mapping[str, FieldMarks] | None = None,
 ) -> bytes:
@@ -32,18 +32,20 @@ def preview_of(
     Args:
         atlas: The atlas.
         kind: What to make.
-        background: Colour behind the fire, sRGB 0..255.
+        background: Colour behind the fire, sRGB 0..255, as from ``color_of``; None leaves an
+            animated picture transparent.
         clip: For a contact sheet: the clip of its source, if that is known.
         field: For a page: marks of the analysis, by animation.
     """
+    if kind != "page" and kind != "sheet":
+        return animated_image(atlas, kind, background)
+    assert background is not None
     match kind:
         case "page":
             return preview_page(atlas, read_all_tracks(atlas), background, FieldData(field or {}))
         case "sheet":
             tracks = read_tracks(atlas.path.with_name(flakes_file(atlas.path.stem, "json")))
             return contact_sheet(atlas, tracks, clip, background)
-        case _:
-            return animated_image(atlas, kind, background)
 
 
 def is_preview(path: Path, kind: PreviewKind) -> bool:
@@ -51,12 +53,23 @@ def is_preview(path: Path, kind: PreviewKind) -> bool:
     return is_preview_page(path) if kind == "page" else is_preview_picture(path)
 
 
-def color_of(text: str, what: str) -> Color:
-    """Return a colour of CSS as sRGB 0..255; ``what`` states it, for messages.
+TRANSPARENT = "transparent"
+"""The word of CSS for no background."""
+
+
+def color_of(text: str, kind: PreviewKind, what: str) -> Color | None:
+    """Return a colour of CSS as sRGB 0..255; None for ``transparent``. ``what`` states it, for
+    messages.
 
     Raises:
-        RecipeError: It is none.
+        RecipeError: It is none, or a preview of that kind cannot be transparent.
     """
+    if text == TRANSPARENT:
+        if kind in ("page", "sheet"):
+            raise RecipeError(
+                f"{what} {text}: is for animated pictures (gif, webp, apng); name a colour"
+            )
+        return None
     try:
         return ImageColor.getrgb(text)[:3]
     except ValueError:

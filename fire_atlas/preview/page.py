@@ -28,12 +28,17 @@ from fire_atlas.maps.vectors.encoding import motion_encoding
 from fire_atlas.preview.cut_frames import cells_named, colour_pages, shown_alpha, shown_page
 from fire_atlas.preview.field_data import FieldData
 from fire_atlas.preview.figures import page_use, range_text, safe_mip, span, value_text
+from fire_atlas.preview.lamps import has_light_tracks, lamps_of
 from fire_atlas.preview.loops import figures_of_loops
+from fire_atlas.preview.more import More, more_than
 from fire_atlas.preview.pictures import Color
+from fire_atlas.preview.pixel_art import is_pixel_art
 from fire_atlas.preview.ramp_pictures import ramp_pictures
+from fire_atlas.preview.views import choices_of, fires_in_views
 
 _SCRIPTS = (
-    "film.js", "program.js", "flake_painter.js", "painter.js", "marks.js", "field_marks.js",
+    "film.js", "program.js", "scene.js", "flake_painter.js", "painter.js", "marks.js",
+    "field_marks.js",
     "state.js", "wind.js", "stage.js", "words.js", "controls.js", "page.js",
 )  # fmt: skip
 
@@ -49,8 +54,8 @@ _FORMULAS = {
 
 _SPACES = {"srgb": "sRGB values", "linear": "linear light"}
 
-_BACKGROUNDS = {"Black": "#000000", "Grey": "#5b5b5b", "White": "#ffffff", "Sky": "#8fb8de"}
-"""Backgrounds to choose from, besides that of the command line."""
+_BACKGROUNDS = {"Black": "#000000", "Grey": "#5b5b5b", "Day": "#8fb8de", "White": "#ffffff"}
+"""Backgrounds to choose from, besides that of the command line, a scene and a checkerboard."""
 
 _LAYERS = {"composed": "Composed", "flame": "Flame", "flakes": "Flakes"}
 """Layers to choose from: the pages, and flame or flakes alone if ``maps`` has them."""
@@ -65,6 +70,7 @@ _KEYBOARD = {
     "slower, faster": ("[", "]"),
     "between frames: hold, blend, vectors": ("m",),
     "layers: composed, flame, flakes": ("l",),
+    "all views, one": ("v",),
     "next background": ("b",),
     "flakes: off, marks, light": ("f",),
     "analysis: off, features ...": ("a",),
@@ -108,8 +114,20 @@ def preview_page(
     first = srgb_to_hex(background)
     loops = figures_of_loops(atlas)
     ramps, has_heat = ramp_pictures(atlas), atlas.sheet.heat is not None
+    views, names = fires_in_views(atlas.sheet), [each.name for each in atlas.sheet.animations]
+    of_animations = [
+        {
+            "field": field.of(name),
+            "light": lamp,
+            "views": next((fire for fire in views if number in fire), None),
+        }
+        for number, (name, lamp) in enumerate(zip(names, lamps_of(atlas), strict=True))
+    ]
+    more = _more(atlas, tracks, views, field)
+    has_hard_pixels = is_pixel_art(atlas)
     atlas, files = colour_pages(atlas)
     motion, sheets = atlas.sheet.motion, _sheets(atlas, files)
+    data = _data(atlas, tracks, sheets, of_animations)
     html = environment().from_string(parts["page.html.j2"]).render(
         version=__version__,
         title=atlas.sheet.name,
@@ -124,12 +142,12 @@ def preview_page(
             )
             for animation in atlas.sheet.animations
         ],
-        field=field.choices(animation.name for animation in atlas.sheet.animations),
+        choices=choices_of(atlas.sheet, views),
+        field=field.choices(names),
         pages=[_page(atlas, i) for i in range(len(atlas.sheet.pages))],
         levels=_levels(atlas.sheet),
         sheets=sheets,
-        layers=_LAYERS,
-        absent=[layer for layer in _LAYERS if layer not in sheets],
+        layers={layer: word for layer, word in _LAYERS.items() if layer in sheets},
         ramps=ramps,
         ramp_key=f"{'atlas' if has_heat else 'composite'}: {{ramp: ...}}",
         motion=motion,
@@ -139,7 +157,8 @@ def preview_page(
         formula=_FORMULAS[shown_alpha(atlas.sheet)],
         shades={first: first, **{k: v for k, v in _BACKGROUNDS.items() if v != first}},
         keyboard=_KEYBOARD,
-        data=_json_in_html(_data(atlas, tracks, sheets, field)),
+        more=more,
+        data=_json_in_html({**data, "isPixelArt": has_hard_pixels}),
     )  # fmt: skip
     return html.encode()
 
@@ -155,13 +174,29 @@ def _frames(atlas: AtlasFile, animation: Animation) -> list[Region]:
     return [regions[name] for name in animation.frames]
 
 
+def _more(
+    atlas: AtlasFile, tracks: Mapping[str, Tracks], views: Sequence[object], field: FieldData
+) -> list[More]:
+    """Return what the page would show of another recipe."""
+    sheet = atlas.sheet
+    had = {
+        "tracks": bool(tracks),
+        "light": has_light_tracks(atlas),
+        "ramps": bool(sheet.heat or sheet.states or len(views or sheet.animations) > 1),
+        "views": bool(views or sheet.states),
+        "wind": bool(sheet.states or views),
+        "field": bool(field.marks),
+    }
+    return more_than(sheet, [name for name, is_had in had.items() if is_had])
+
+
 def _data(
     atlas: AtlasFile,
     tracks: Mapping[str, Tracks],
     sheets: Mapping[str, list[str]],
-    field: FieldData,
+    of_animations: Sequence[Mapping[str, Any]],
 ) -> dict[str, Any]:
-    """Return the data that the script plays."""
+    """Return the data that the script plays; ``of_animations`` has more of each animation."""
     motion = atlas.sheet.motion
     return {
         "alpha": shown_alpha(atlas.sheet),
@@ -188,9 +223,9 @@ def _data(
                     tracks.get(animation.name),
                     atlas.sheet.cells,
                 ),
-                "field": field.of(animation.name),
+                **more,
             }
-            for animation in atlas.sheet.animations
+            for animation, more in zip(atlas.sheet.animations, of_animations, strict=True)
         ],
     }
 
@@ -368,15 +403,12 @@ def _page(atlas: AtlasFile, index: int) -> dict[str, Any]:
     page, use = atlas.sheet.pages[index], page_use(atlas, index)
     size = (atlas.path.parent / page.file).stat().st_size
     places = f" in {use.places} places" if use.places < use.frames else ""
-    facts = (
-        f"{use.frames} frames{places}",
-        f"{100 * use.occupancy:.1f} % covered",
-        f"{size / 1e6:.2f} MB",
-        f"safe mip level: {safe_mip(page.safe_mip)}",
-    )
+    stored = f"{size / 1e6:.2f} MB" if size >= 1e5 else f"{size / 1e3:.1f} kB"
     return {
         "file": page.file,
         "width": page.width,
         "height": page.height,
-        "text": " · ".join(facts),
+        "text": f"{use.frames} frames{places} · {stored}",
+        "covered": f"{100 * use.occupancy:.1f} %",
+        "safe_mip": safe_mip(page.safe_mip),
     }

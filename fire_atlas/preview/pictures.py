@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from fire_atlas.atlas.encode import encode_frame
+from fire_atlas.atlas.encode import as_straight, encode_frame
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.files import open_file
 from fire_atlas.core.picture import with_alpha
@@ -38,10 +38,16 @@ _LABEL = 16
 _LABEL_COLOR = (170, 170, 180)
 
 
-def animated_image(atlas: AtlasFile, kind: AnimationKind, background: Color) -> bytes:
-    """Return a GIF, WebP or APNG file of an atlas that plays over ``background``, signed."""
+def animated_image(atlas: AtlasFile, kind: AnimationKind, background: Color | None) -> bytes:
+    """Return a GIF, WebP or APNG file of an atlas that plays over ``background``, signed.
+
+    Without one it is transparent, in a GIF by a pattern of dots.
+    """
+    how = shown_alpha(atlas.sheet), atlas.sheet.blend_space
     pictures = [
-        with_alpha(blend(frame, background, shown_alpha(atlas.sheet), atlas.sheet.blend_space))
+        as_straight(frame, *how)
+        if background is None
+        else with_alpha(blend(frame, background, *how))
         for frame in aligned_frames(atlas)
     ]
     height, width = pictures[0].shape[:2]

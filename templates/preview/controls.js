@@ -33,10 +33,16 @@ function move(position) {
   say($("scrub").getAttribute("aria-valuetext"));
 }
 
-/** Make the next choice, told to those who do not see it, with what is missing for more. */
+/** Make the next choice, told to those who do not see it, with what a recipe could have for more. */
 function change(name) {
   next(name);
-  say([word(name), $(`${name}-hint`)?.textContent].filter(Boolean).join(". "));
+  say([word(name), hints(name)].filter(Boolean).join(". "));
+}
+
+/** Show all views of the fire, or the one that is chosen. */
+function changeViews() {
+  if (film.animation.views) pick(film.animation.index, !isTogether);
+  say(film.animation.views ? $("animation").selectedOptions[0].text.trim() : hints("views"));
 }
 
 /** Show an animation from its beginning, playing as the one before did. */
@@ -48,7 +54,8 @@ function show(index) {
   film.seek(0);
   if (playing) film.play();
   const { animation } = film;
-  $("animation").value = index;
+  isTogether &&= Boolean(animation.views);
+  $("animation").value = isTogether ? `${animation.views[0]} on` : index;
   $("repeat").checked = film.repeat;
   $("flake-controls").hidden = !animation.flakes;
   for (const each of document.querySelectorAll("[data-animation]")) {
@@ -63,11 +70,33 @@ function select(index) {
   refresh();
 }
 
+/** Show an animation alone, or with the other views of its fire, from where the one before was. */
+function pick(index, together) {
+  const { position } = film;
+  const isSameFire = film.animation.views?.includes(index);
+  if (together !== isTogether) zoom = "first";
+  isTogether = together;
+  select(index);
+  if (isSameFire) film.seek(position);
+  refresh();
+}
+
+/** The animation in whose box the pointer is, where several are shown. */
+function animationAt(event) {
+  if (!isTogether || view() !== "play") return null;
+  const area = $("marks").getBoundingClientRect();
+  const { size, boxes } = layout(scaleNow());
+  const x = ((event.clientX - area.left) / area.width) * size[0];
+  const y = ((event.clientY - area.top) / area.height) * size[1];
+  return boxes.find((box) => x >= box.x && x < box.x + box.width && y >= box.y && y < box.y + box.height)
+    ?.animation;
+}
+
 /** The frame under the pointer on the page, with the number of its animation and its own. */
 function frameAt(event) {
   if (view() !== "page") return null;
   const area = $("marks").getBoundingClientRect();
-  const [width, height] = size();
+  const [width, height] = leastSize();
   const x = ((event.clientX - area.left) / area.width) * width;
   const y = ((event.clientY - area.top) / area.height) * height;
   for (const [number, animation] of data.animations.entries()) {
@@ -91,7 +120,10 @@ $("repeat").addEventListener("change", () => {
   film.repeat = $("repeat").checked;
   refresh();
 });
-$("animation").addEventListener("change", () => select(Number($("animation").value)));
+$("animation").addEventListener("change", () => {
+  const [index, others] = $("animation").value.split(" ");
+  pick(Number(index), others === "on");
+});
 $("sheet").addEventListener("change", () => {
   sheetPage = Number($("sheet").value);
   hovered = null;
@@ -106,7 +138,7 @@ $("fit").addEventListener("click", () => {
 $("own").addEventListener("input", () => choose("backdrop", "own"));
 for (const input of document.querySelectorAll("input[type=radio], #outline, #pixels")) {
   input.addEventListener("change", () => {
-    if (input.name === "view") zoom = "fit";
+    if (input.name === "view") zoom = "first";
     refresh();
   });
 }
@@ -121,6 +153,8 @@ $("marks").addEventListener("pointerleave", () => {
   refresh();
 });
 $("marks").addEventListener("click", (event) => {
+  const alone = animationAt(event);
+  if (alone) pick(alone.index, false);
   const found = frameAt(event);
   if (!found) return;
   if (films[found.number] !== film) select(found.number);
@@ -151,12 +185,13 @@ const KEYS = {
   a: () => change("field"),
   b: () => next("backdrop"),
   d: () => next("seam"),
-  f: () => next("flakes"),
+  f: () => change("flakes"),
   l: () => change("layer"),
   m: () => change("between"),
   o: () => $("outline").click(),
   p: () => $("pixels").click(),
   r: () => $("repeat").click(),
+  v: changeViews,
   w: nextWind,
   "[": () => changeSpeed(-1),
   "]": () => changeSpeed(1),

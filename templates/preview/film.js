@@ -31,11 +31,10 @@ class Film {
     return this.index + this.part;
   }
 
-  /** The frame into which this one passes: none after the last of what does not go round. */
-  get following() {
-    const { frames, loop } = this.animation;
-    if (this.index < this.count - 1) return frames[this.index + 1];
-    return loop && this.repeat && this.count > 1 ? frames[0] : null;
+  /** The index of the frame into which this one passes: none after the last of what plays once. */
+  get next() {
+    if (this.index < this.count - 1) return this.index + 1;
+    return this.animation.loop && this.repeat && this.count > 1 ? 0 : null;
   }
 
   /** The frame of the tracks that goes with this one. */

@@ -23,6 +23,27 @@ class Marks {
     this.hair = 1 / zoom; // one CSS px
   }
 
+  /** Draw on the stage in a box of the picture, {x, y, width, height, left, top}, and not beyond it. */
+  within({ x, y, width, height, left, top }, drawOn) {
+    const { context } = this;
+    context.save();
+    context.beginPath();
+    context.rect(x, y, width, height);
+    context.clip();
+    context.translate(x + left, y + top);
+    drawOn();
+    context.restore();
+  }
+
+  /** A name in the upper left corner of a box, over [r, g, b] in 0..1. */
+  label(text, { x, y }, [r, g, b]) {
+    const { context, hair } = this;
+    context.font = `${12 * hair}px ui-sans-serif, system-ui, sans-serif`;
+    context.textBaseline = "top";
+    context.fillStyle = 0.3 * r + 0.59 * g + 0.11 * b > 0.5 ? "#1b1d22" : "#c9ccd3";
+    context.fillText(text, x + 8 * hair, y + 7 * hair);
+  }
+
   box(x, y, width, height, colour, weight = 1) {
     this.context.strokeStyle = colour;
     this.context.lineWidth = weight * this.hair;

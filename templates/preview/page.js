@@ -44,16 +44,18 @@ async function load() {
 }
 
 function refresh() {
-  const [width, height] = size();
   const scale = scaleNow();
+  const [width, height] = layout(scale).size;
   const style = $("canvases").style;
   style.width = `${width * scale}px`;
   style.height = `${height * scale}px`;
   $("picture").classList.toggle("pixels", $("pixels").checked);
-  const around = view() === "seam" ? "#000000" : colour();
-  $("stage").style.backgroundColor = around === "checker" ? "" : around;
+  $("stage").style.backgroundColor = around();
+  // A scene fills the window, with parts of pixels at its edge.
+  $("stage").style.overflow = isScene() && scale <= roomFor(leastSize()) ? "hidden" : "";
+  $("stage").classList.toggle("together", isTogether);
   document.body.dataset.view = view();
-  $("fit").setAttribute("aria-pressed", zoom === "fit");
+  $("fit").setAttribute("aria-pressed", zoom === "fit" || (zoom === "first" && view() === "page"));
   $("play").setAttribute("aria-pressed", film.playing);
   $("play").title = `${film.playing ? "Pause" : "Play"} (space)`;
   draw();
@@ -78,8 +80,11 @@ function tick(now) {
 }
 
 load().then(() => {
-  $("pixels").checked = Math.max(...film.animation.size) <= SMALL;
-  select(0);
+  $("pixels").checked = data.isPixelArt;
+  data.animations.forEach((animation, index) => {
+    animation.index = index;
+  });
+  pick(0, true);
   if (!still) film.play();
   refresh();
   requestAnimationFrame(tick);

@@ -32,6 +32,7 @@ class Painter {
     this.gl = gl;
     this.program = new Program(gl, Painter.VERTEX, Painter.FRAGMENT);
     this.textures = new Map();
+    this.person = { key: "", texture: gl.createTexture() };
     this.flakes = gl.getExtension("EXT_color_buffer_float") && new FlakePainter(gl, this.blend);
   }
 
@@ -54,24 +55,36 @@ class Painter {
     image.close();
   }
 
-  /**
-   * Draw one cell, or two over each other or one passing into the other, on a canvas of `size`.
-   *
-   * A cell has sheet, page, x, y, width, height, rotated and its left and top on the canvas, in px;
-   * `bounds` is the part of the page, left, top, right and bottom, that samples of it may come from.
-   * `backdrop` is {colour: [r, g, b] in 0..1, square: px of a checkerboard, or 0 for none}.
-   * `flakes` is {rows, first, count, offset, scale, page, cells, tinted} to add the light of, or
-   * nothing; `cells` of a texture lie on a page.
-   * `between` is {part, vectors}: how much of the way is over, and whether it goes along vectors.
-   */
-  draw(cells, mode, size, backdrop, flakes = null, between = { part: 0, vectors: false }) {
+  /** Begin anew on a canvas of `size` px in one colour, [r, g, b] in 0..1. */
+  begin(size, colour = [0, 0, 0]) {
     const gl = this.gl;
     if (this.canvas.width !== size[0] || this.canvas.height !== size[1]) {
       [this.canvas.width, this.canvas.height] = size;
     }
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    gl.clearColor(...colour, 1);
+    gl.clear(gl.COLOR_BUFFER_BIT);
+  }
+
+  /**
+   * Draw one cell, or two over each other or one passing into the other, in a box of the canvas.
+   *
+   * A cell has sheet, page, x, y, width, height, rotated and its left and top on the stage, in px;
+   * `bounds` is the part of the page, left, top, right and bottom, that samples of it may come from.
+   * `box` is {x, y, width, height, left, top}: where it is, and where the stage begins in it.
+   * `backdrop` is {colour: [r, g, b] in 0..1, square: px of a checkerboard, or 0 for none, scene: what
+   * `Scene.of` gives, or nothing}.
+   * `flakes` is {rows, first, count, offset, scale, page, cells, tinted} to add the light of, or
+   * nothing; `cells` of a texture lie on a page.
+   * `between` is {part, vectors}: how much of the way is over, and whether it goes along vectors.
+   */
+  draw(cells, mode, box, backdrop, flakes = null, between = { part: 0, vectors: false }) {
+    const gl = this.gl;
+    const size = [box.width, box.height];
     if (flakes) this.flakes.draw(flakes, this.textures.get(`composed ${flakes.page}`) ?? null, size);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
-    gl.viewport(0, 0, ...size);
+    const bottom = this.canvas.height - box.y - box.height;
+    gl.viewport(box.x, bottom, ...size);
     const program = this.program.use();
     const bind = (name, unit, texture) => {
       gl.activeTexture(gl.TEXTURE0 + unit);
@@ -94,10 +107,29 @@ class Painter {
     program.integers("mode", Painter.MODE[mode]);
     program.integers("alphaMode", this.blend.alpha);
     program.integers("linear", this.blend.linear ? 1 : 0);
-    program.integers("canvas", ...size);
+    program.integers("corner", box.x, bottom);
+    program.integers("box", ...size);
+    program.integers("stage", box.left, box.top);
     program.integers("square", backdrop.square);
+    program.integers("hasRoom", backdrop.scene ? 1 : 0);
+    if (backdrop.scene) this.furnish(backdrop.scene, program);
+    bind("person", 5, backdrop.scene ? this.person.texture : null);
     gl.uniform3f(program.place("colour"), ...backdrop.colour);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
+  }
+
+  /** Hand a scene to the program. */
+  furnish({ unit, ground, edge, lamp, light, person }, program) {
+    const gl = this.gl;
+    Object.entries({ unit, ground, edge }).forEach(([name, px]) => gl.uniform1f(program.place(name), px));
+    gl.uniform2f(program.place("lamp"), ...lamp);
+    gl.uniform3f(program.place("lampLight"), ...light);
+    if (this.person.key === person.key) return;
+    this.person.key = person.key;
+    gl.activeTexture(gl.TEXTURE0 + 5);
+    gl.bindTexture(gl.TEXTURE_2D, this.person.texture);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE, person.canvas);
+    sampleNearest(gl);
   }
 
   static VERTEX = `#version 300 es
@@ -113,10 +145,10 @@ class Painter {
     struct Cell { ivec4 place, bounds; ivec2 offset; int rotated; };
     uniform Cell cells[2];
     uniform sampler2D page0, page1, flakes, motion0, motion1;
-    uniform int mode, alphaMode, linear, lit, square;
+    uniform int mode, alphaMode, linear, lit, square, hasRoom;
     uniform float part;
     uniform vec2 scale, bytes;
-    uniform ivec2 canvas;
+    uniform ivec2 corner, box, stage;  // of the box on the canvas, from below; its size; the stage in it
     uniform vec3 colour;
     out vec4 shown;
 
@@ -128,6 +160,8 @@ class Painter {
       vec3 high = 1.055 * pow(max(v, 1e-9), vec3(1.0 / 2.4)) - 0.055;
       return mix(high, v * 12.92, lessThanEqual(v, vec3(0.0031308)));
     }
+
+    ${Scene.GLSL}
 
     bool isIn(ivec2 p, ivec2 low, ivec2 high) {
       return all(greaterThanEqual(p, low)) && all(lessThan(p, high));
@@ -179,11 +213,13 @@ class Painter {
     float grey(vec3 v) { return dot(v, vec3(0.2126, 0.7152, 0.0722)); }
 
     void main() {
-      ivec2 p = ivec2(gl_FragCoord.xy);
+      ivec2 p = ivec2(gl_FragCoord.xy) - corner;
       vec3 light = lit == 1 ? texelFetch(flakes, p, 0).rgb : vec3(0.0);
-      p.y = canvas.y - 1 - p.y;
-      vec3 behind = colour;
-      if (square > 0) behind = vec3(((p.x / square + p.y / square) % 2 == 0) ? 0.16 : 0.24);
+      p.y = box.y - 1 - p.y;
+      vec3 behind = hasRoom == 1 ? toSrgb(room(vec2(p) + 0.5)) : colour;
+      ivec2 tile = ivec2(gl_FragCoord.xy) / max(square, 1);
+      if (square > 0) behind = vec3((tile.x + tile.y) % 2 == 0 ? 0.16 : 0.24);
+      p -= stage;
       vec4 here = mode != 3 ? still(page0, cells[0], p) : mix(
         moved(page0, motion0, cells[0], p, -part), moved(page1, motion1, cells[1], p, 1.0 - part),
         part);

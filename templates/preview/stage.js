@@ -1,16 +1,69 @@
 /** What is drawn: sizes in px of the atlas; `scale` is CSS px for each. */
-const size = () => {
-  if (view() !== "page") return film.animation.size;
-  return [data.pages[sheetPage].width, data.pages[sheetPage].height];
-};
+
+/** The animations that are shown: all views of the fire, or one. */
+function shown() {
+  const views = isTogether && view() === "play" && film.animation.views;
+  return views ? views.map((index) => data.animations[index]) : [film.animation];
+}
+
+/** The least size of the box in which an animation is shown. */
+function leastBox() {
+  if (view() === "page") return [data.pages[sheetPage].width, data.pages[sheetPage].height];
+  return isScene() ? Scene.leastSize(film.animation) : film.animation.size;
+}
+
+/** How many times as large `size` px fill the stage, which has a rim where there is no scene. */
+function roomFor([width, height]) {
+  const rim = isScene() ? 0 : 48;
+  const [across, down] = [$("stage").clientWidth - rim, $("stage").clientHeight - rim];
+  return Math.max(Math.min(across / width, down / height), 0.02);
+}
+
+/** In how many columns views are shown: as many as leave them largest, in full rows if possible. */
+function columns() {
+  const [width, height] = leastBox();
+  const { length } = shown();
+  const rate = (count) => {
+    const room = roomFor([width * count, height * Math.ceil(length / count)]);
+    return length % count ? room * 0.9 : room;
+  };
+  return shown().map((_, i) => i + 1).reduce((best, count) => (rate(count) > rate(best) ? count : best));
+}
+
+/** The least size of what is shown. */
+function leastSize() {
+  const [width, height] = leastBox();
+  return [width * columns(), height * Math.ceil(shown().length / columns())];
+}
 
 function scaleNow() {
-  if (zoom !== "fit") return zoom;
-  const [width, height] = size();
-  const room = Math.min(($("stage").clientWidth - 48) / width, ($("stage").clientHeight - 48) / height);
+  if (typeof zoom === "number") return zoom;
+  const room = roomFor(leastSize());
+  const isFirst = zoom === "first" && view() !== "page";
   // Square pixels stay square at whole numbers; what does not fit is made smaller as it must.
-  if (room >= 1 && $("pixels").checked) return Math.min(Math.floor(room), 8);
-  return Math.min(Math.max(room, 0.02), 4);
+  if (room >= 1 && (isFirst ? data.isPixelArt : $("pixels").checked)) return Math.min(Math.floor(room), 8);
+  if (!isFirst) return Math.min(room, 4);
+  return room >= 2 && Math.max(...film.animation.size) < LARGE ? 2 : Math.min(room, 1);
+}
+
+/**
+ * The boxes of the canvas, one for each animation, and its size. In a box the animation's stage
+ * begins at `left` and `top`. A scene fills the window.
+ */
+function layout(scale) {
+  const [animations, across] = [shown(), columns()];
+  const down = Math.ceil(animations.length / across);
+  let [width, height] = leastBox();
+  if (isScene()) {
+    width = Math.max(width, Math.ceil($("stage").clientWidth / scale / across));
+    height = Math.max(height, Math.ceil($("stage").clientHeight / scale / down));
+  }
+  const inBox = isScene() ? Scene.placeOf(film.animation, [width, height]) : [0, 0];
+  const boxes = animations.map((animation, i) => ({
+    animation, x: (i % across) * width, y: Math.floor(i / across) * height, width, height,
+    left: inBox[0], top: inBox[1],
+  }));
+  return { size: [width * across, height * down], boxes };
 }
 
 function zoomBy(steps) {
@@ -40,41 +93,53 @@ function lie(frame) {
 /** Draw what the view shows. `picture`: also what stays while the player goes on. */
 function draw(picture = true) {
   const scale = scaleNow();
-  marks.begin(size(), scale);
-  if (view() === "play") drawFrame(scale);
-  else if (view() === "page") drawPage(scale, picture);
-  else if (picture) drawSeam(scale);
+  const { size, boxes } = layout(scale);
+  marks.begin(size, scale);
+  if (view() === "play") {
+    painter.begin(size, backdrop(scale).colour);
+    boxes.forEach((box) => drawFrame(box, scale));
+  } else if (view() === "page") drawPage(boxes[0], scale, picture);
+  else if (picture) drawSeam(boxes[0], scale);
 }
 
-function drawSeam(scale) {
+function drawSeam(box, scale) {
   const { frames } = film.animation;
   const cells = [cellOf(frames[0]), cellOf(frames.at(-1))];
-  painter.draw(cells, chosen("seam"), size(), backdrop(scale));
+  painter.begin([box.width, box.height]);
+  painter.draw(cells, chosen("seam"), box, backdrop(scale));
 }
 
-function drawFrame(scale) {
-  const { frame, part } = film;
-  const next = isFluid() && part > 0 ? following() : null;
-  const { flakes } = film.animation;
+/** Draw the frame of a box's animation that is now shown, with all that lies over it. */
+function drawFrame(box, scale) {
+  const { animation } = box;
+  const frame = animation.frames[film.index];
+  const next = isFluid() && film.part > 0 ? following(animation) : null;
+  const { flakes } = animation;
   const how = flakes ? chosen("flakes") : "off";
   const at = flakes && film.flakeFrame;
-  const light = how === "light" && {
+  const light = how === "light" ? {
     rows: flakes.rows, first: flakes.firsts[at], count: flakes.counts[at],
-    offset: frame.stage, scale: data.scale,
+    offset: [box.left + frame.stage[0], box.top + frame.stage[1]], scale: data.scale,
     page: flakes.page, cells: flakes.cells, tinted: flakes.tinted,
-  };
+  } : null;
   const ground = backdrop(scale);
+  if (isScene()) ground.scene = Scene.of(box, frame, film.index);
   if (next) {
-    const between = { part, vectors: chosen("between") === "vectors" };
-    painter.draw([frame, next].map(cellOf), "between", size(), ground, light || null, between);
+    const between = { part: film.part, vectors: chosen("between") === "vectors" };
+    painter.draw([frame, next].map(cellOf), "between", box, ground, light, between);
   } else {
-    painter.draw([cellOf(frame)], "frame", size(), ground, light || null);
+    painter.draw([cellOf(frame)], "frame", box, ground, light);
   }
+  marks.within(box, () => drawMarks(animation, frame, how === "marks" ? trail(flakes, at) : null));
+  if (isTogether) marks.label(animation.name, box, ground.colour);
+}
+
+function drawMarks(animation, frame, flakes) {
   const layer = chosen("field");
-  if (film.animation.field?.layers[layer]) {
-    film.animation.marks.draw(marks, layer, film.index, frame.stage, frame.source, data.scale);
+  if (animation.field?.layers[layer]) {
+    animation.marks.draw(marks, layer, film.index, frame.stage, frame.source, data.scale);
   }
-  if (how === "marks") marks.flakes(trail(flakes, at), frame.stage, data.scale);
+  if (flakes) marks.flakes(flakes, frame.stage, data.scale);
   if ($("outline").checked) {
     const cell = cellOf(frame);
     marks.box(...frame.stage, ...frame.source, "rgb(255 255 255 / 0.35)");
@@ -83,13 +148,16 @@ function drawFrame(scale) {
   }
 }
 
-function drawPage(scale, picture) {
-  const [width, height] = size();
+function drawPage(box, scale, picture) {
+  const { width, height } = box;
   const whole = {
     sheet: chosen("layer"), page: sheetPage, x: 0, y: 0, width, height, left: 0, top: 0,
     rotated: false, bounds: [0, 0, width, height],
   };
-  if (picture) painter.draw([whole], "frame", size(), backdrop(scale));
+  if (picture) {
+    painter.begin([width, height]);
+    painter.draw([whole], "frame", box, backdrop(scale));
+  }
   const outline = (frame, ...how) => marks.box(frame.x, frame.y, ...lie(frame), ...how);
   for (const { frames } of data.animations) {
     for (const frame of frames) {

@@ -17,10 +17,11 @@ function loopAfter(transition) {
   return data.states.transitions.find(({ from }) => from === transition)?.to;
 }
 
-/** The frame into which the shown one passes: none after the last of what does not go on. */
-function following() {
+/** The frame into which that of a shown animation passes: none after the last of what plays once. */
+function following(animation = film.animation) {
   const way = wayOn();
-  return way?.frame === film.index ? films[way.to].animation.frames[way.entry] : film.following;
+  if (way?.frame === film.index) return films[way.to].animation.frames[way.entry];
+  return film.next === null ? null : animation.frames[film.next];
 }
 
 /** Show the fire in another animation, `part` of a frame after it came there. */
@@ -50,7 +51,10 @@ function tellWindOf(index) {
 
 /** Let the next stronger wind blow; after the strongest the weakest. */
 function nextWind() {
-  if (!data.states) return;
+  if (!data.states) {
+    say(hints("wind"));
+    return;
+  }
   $("wind").value = (Number($("wind").value) + 1) % data.states.levels.length;
   $("wind").dispatchEvent(new Event("input"));
 }

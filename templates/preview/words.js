@@ -25,15 +25,17 @@ function tell() {
     $("wind").setAttribute("aria-valuetext", levels[level]);
     $("wind").style.setProperty("--done", level / (levels.length - 1));
   }
+  const name = isTogether ? `${animation.views.length} views side by side` : animation.name;
+  const withFlakes = animation.flakes && chosen("flakes") !== "off";
   $("caption").textContent = {
-    play: animation.flakes && chosen("flakes") !== "off" ? `${frame.name} · ${flakesTold()}` : frame.name,
+    play: isTogether ? name : withFlakes ? `${frame.name} · ${flakesTold()}` : frame.name,
     seam: chosen("seam") === "overlay"
       ? "Last frame in red, first in cyan: what is grey meets"
       : "Last frame against the first, four times the difference: what is black meets",
     page: hovered ? hovered.frame.name : data.pages[sheetPage].file,
   }[view()];
   const shown = {
-    play: `${animation.name}, ${place}${isBetween ? `, ${word("between")}` : ""}`,
+    play: `${name}, ${place}${isBetween ? `, ${word("between")}` : ""}`,
     seam: `${animation.name}, last and first frame, ${chosen("seam")}`,
     page: `page ${data.pages[sheetPage].file} with the outlines of its frames`,
   }[view()];

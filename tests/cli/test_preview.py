@@ -177,6 +177,41 @@ def test_an_animation_has_every_frame_at_its_time(atlas: Path, kind: Any, name: 
     assert np.abs(np.array(colours) - np.array(expected)).max() <= 1
 
 
+@pytest.mark.parametrize("kind", ["gif", "webp", "apng"])
+@pytest.mark.parametrize(
+    ("options", "nothing", "half"),
+    [
+        ([], (16, 16, 20, 255), (8, 136, 10, 255)),
+        (["--background", "#000040"], (0, 0, 64, 255), (0, 128, 32, 255)),
+        (["--background", "transparent"], (0, 0, 0, 0), (0, 255, 0, 128)),
+    ],
+)
+def test_a_picture_has_a_dark_background_unless_another_or_none_is_asked_for(
+    kind: str,
+    options: list[str],
+    nothing: tuple[int, ...],
+    half: tuple[int, ...],
+    run: Run,
+    atlas: Path,
+) -> None:
+    """The second frame has 24 px of green that covers half."""
+    assert run("preview", atlas.name, f"--{kind}", "-o", "fire", *options).returncode == 0
+    with Image.open(atlas.with_name("fire")) as picture:
+        picture.seek(1)
+        pixels = np.asarray(picture.convert("RGBA")).astype(int)
+    outside, inside = pixels[0, 0], pixels[4:8, 4:10]
+    if nothing[3]:
+        assert np.abs(outside - nothing).max() <= 1
+    else:
+        assert outside[3] == 0
+    if kind == "gif" and "transparent" in options:  # which has dots instead
+        dots = inside[..., 3] == 255
+        assert 8 <= dots.sum() <= 16
+        assert (inside[dots] == (0, 255, 0, 255)).all()
+    else:
+        assert np.abs(inside - half).max() <= 1
+
+
 def test_a_contact_sheet_shows_a_dozen_frames_and_their_flakes(run: Run, campfire: Path) -> None:
     run("build", campfire.name, "-q")
     result = run("preview", "build/campfire.json", "--sheet", "-o", "sheet.png")
@@ -269,6 +304,8 @@ def test_a_page_that_an_earlier_preview_made_is_replaced(run: Run, campfire: Pat
     ("arguments", "code", "message"),
     [
         (["fire.json", "--gif", "--background", "fog"], 2, "error: --background fog: must be a"),
+        (["fire.json", "--background", "transparent"], 2, "transparent: is for animated pictures"),
+        (["fire.json", "--sheet", "--background", "transparent"], 2, "name a colour"),
         (["fire.json", "--gif", "--set", "seed=1"], 2, "error: --set needs a recipe"),
         (["none.json", "--gif"], 2, "error: none.json: cannot be read"),
         (["fire.json", "--gif", "-o", "no/fire.gif"], 1, "fire.gif: cannot be written"),

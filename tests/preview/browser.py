@@ -11,6 +11,7 @@ from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image
 
 from fire_atlas.cli import main
 from fire_atlas.core.pixels import Bytes
@@ -32,6 +33,9 @@ _WATCH = """new Promise((done) => {
     if (UNTIL) done(seen);
   }).observe(document.getElementById("caption"), {childList: true});
 })"""
+
+OPEN_DETAILS = "click", "#details summary"
+"""A step that unfolds what is for experts."""
 
 COUNT = 6
 """Frames of what is built if a test asks for no other number."""
@@ -118,6 +122,20 @@ def built(folder: Path, *preview: str, count: int = COUNT, **keys: Any) -> Path:
     recipe.write_text(json.dumps({"source": source, "flakes": {"rate": 300}, **keys}))
     assert main(["build", str(recipe), "-q"]) == 0
     return previewed(folder / "build" / "fire.json", *preview)
+
+
+def painted(folder: Path, *frames: Bytes, **keys: Any) -> Path:
+    """Build an effect of pictures (H, W, 4) that play once; return its preview page."""
+    (folder / "clip").mkdir()
+    for i, frame in enumerate(frames):
+        Image.fromarray(frame).save(folder / "clip" / f"{i:04}.png")
+    recipe = {
+        "source": {"path": "clip", "fps": 12}, "flakes": "none", "motion_blur": "none",
+        "timeline": {"loop": "none"}, **keys,
+    }  # fmt: skip
+    (folder / "fire.yaml").write_text(json.dumps(recipe))
+    assert main(["build", str(folder / "fire.yaml"), "-q"]) == 0
+    return previewed(folder / "build" / "fire.json")
 
 
 def previewed(atlas: Path, *preview: str) -> Path:

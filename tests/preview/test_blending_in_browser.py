@@ -12,7 +12,7 @@ from fire_atlas.core.pixels import decode_bytes, encode_bytes
 from fire_atlas.formats.atlas.texture_packer import read_atlas
 from fire_atlas.maps.vectors.encoding import motion_encoding
 from fire_atlas.preview.cut_frames import aligned_frames
-from tests.preview.browser import Browser, Seen, assert_quiet, built, picture
+from tests.preview.browser import OPEN_DETAILS, Browser, Seen, assert_quiet, built, picture
 from tests.support.flipbook import ENGINES, Picture, plain, read_flipbook, tent
 
 LOOK, PIXELS = ("look",), ("pixels", "#picture")
@@ -255,6 +255,7 @@ def test_a_page_says_how_its_vectors_are_read(grids: dict[str, Path], browser: B
         motion = read_atlas(page.with_name("fire.json")).sheet.motion
         assert motion is not None
         encoding = motion_encoding(motion.engine)
-        (text,) = browser.visit(page, ("run", "document.body.innerText")).results
+        unfolded = browser.visit(page, OPEN_DETAILS, ("run", "document.body.innerText"))
+        (text,) = unfolded.results
         for word in (engine.capitalize(), encoding.decode, encoding.this, str(motion.scale)):
             assert word in text

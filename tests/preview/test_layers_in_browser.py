@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from fire_atlas.cli import main
 from fire_atlas.formats.atlas.texture_packer import AtlasFile, read_atlas
 from fire_atlas.preview.blend import blend
 from fire_atlas.preview.cut_frames import aligned_frames
 from tests.preview.browser import COUNT, Browser, assert_quiet, built, picture, previewed
+from tests.support.wind import SILK, recipe_in
 
 GROUND = 16, 16, 20
 PACKINGS: list[dict[str, Any]] = [
@@ -73,34 +75,63 @@ def test_layers_are_chosen_by_mouse_and_shown_as_pages_too(
         assert np.abs(picture(drawn)[..., :3].astype(int) - expected).max() <= 2
 
 
-OFFER = """[...document.querySelectorAll("[name=layer], [name=between]")]
-  .map((each) => [each.value, each.disabled, each.closest("fieldset")
-    .getAttribute("aria-describedby")?.split(" ").map((id) =>
-      document.getElementById(id).textContent).join(" ") ?? ""])"""
+OFFER = """[...document.querySelectorAll("[name=layer], [name=between], [name=flakes]")]
+  .filter((each) => each.offsetParent !== null).map((each) => each.value)"""
+KEYS = "[...document.querySelectorAll('#more code')].map((each) => each.textContent)"
+ALWAYS = {"views.count: 4", "wind.levels: [0, 2, 5]", "composite.ramp: [campfire, soul]",
+          "fire-atlas preview --field RECIPE", "tracks: [light]"}  # fmt: skip
 
 
 @pytest.mark.parametrize(
-    ("maps", "missing"),
+    ("keys", "offered", "missing"),
     [
-        ({}, {"flame": "maps.flame: true and maps.flakes: true", "flakes": "maps.flakes: true",
-              "vectors": "maps.motion"}),
-        ({"flakes": True}, {"flame": "maps.flame: true in", "vectors": "maps.motion"}),
-        ({"motion": "godot", "flame": True}, {"flakes": "maps.flakes: true"}),
+        (
+            {"flakes": "none"},
+            ["hold", "blend"],
+            {"maps.flame: true", "maps.flakes: true", "maps.motion: godot", "tracks: [json]"},
+        ),
+        (
+            {"maps": {"flakes": True}},
+            ["hold", "blend", "composed", "flakes", "off", "marks", "light"],
+            {"maps.flame: true", "maps.motion: godot"},
+        ),
+        (
+            {"maps": {"motion": "godot", "flame": True}},
+            ["hold", "blend", "vectors", "composed", "flame", "off", "marks", "light"],
+            {"maps.flakes: true"},
+        ),
     ],
-)  # fmt: skip
-def test_what_a_build_did_not_write_is_not_offered_but_reported(
-    maps: dict[str, Any], missing: dict[str, str], browser: Browser, tmp_path: Path
+)
+def test_what_a_build_did_not_write_stands_behind_one_folded_line(
+    keys: dict[str, Any], offered: list[str], missing: set[str], browser: Browser, tmp_path: Path
 ) -> None:
-    page = built(tmp_path, maps=maps)
-    seen = browser.visit(page, ("run", OFFER), ("press", "l"), ("press", "l"), ("look",))
+    page = built(tmp_path, **keys)
+    shown = ("run", "document.querySelector('#more dl').checkVisibility()")
+    seen = browser.visit(
+        page, ("run", OFFER), ("run", KEYS), shown, ("press", "l"), ("press", "l"), ("look",),
+        ("run", "document.querySelectorAll(':disabled').length"), ("click", "#more summary"), shown,
+    )  # fmt: skip
     assert_quiet(seen, page)
-    offer, stated = seen.results
-    assert {value for value, disabled, _ in offer if disabled} == missing.keys()
-    for value, _, hint in offer:
-        assert missing.get(value, "") in hint
-    assert stated["layer"] not in missing
-    if "flame" in missing:
-        assert "maps.flame: true" in stated["said"]
+    offer, listed, is_shown, stated, greyed, is_unfolded = seen.results
+    assert (offer, set(listed), greyed) == (offered, missing | ALWAYS, 0)
+    assert not is_shown and is_unfolded
+    assert stated["layer"] in ("composed", *offered)
+    for key in ("maps.flame: true", "maps.flakes: true"):
+        assert (key in stated["said"]) == (key in missing)
+
+
+def test_what_a_fire_in_winds_or_views_has_is_not_proposed(
+    browser: Browser, tmp_path: Path
+) -> None:
+    small = {**SILK, "timeline": {"frames": 6}, "flakes": "none"}
+    for name, keys in {"wind": {}, "views": {"wind": {}, "views": {"count": 2}}}.items():
+        (tmp_path / name).mkdir()
+        recipe = recipe_in(tmp_path / name, {**small, **keys})
+        assert main(["build", str(recipe), "-q", "--jobs", "1"]) == 0
+        page = previewed(recipe.parent / "build" / "fire.json")
+        (listed,) = browser.visit(page, ("run", KEYS)).results
+        assert not {"views.count: 4", "wind.levels: [0, 2, 5]"} & set(listed), name
+        assert "maps.flame: true" in listed
 
 
 def test_a_layer_that_is_missing_is_named(

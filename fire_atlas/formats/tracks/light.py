@@ -1,10 +1,17 @@
-"""Write the light that a fire gives in each frame as JSON, to animate a lamp in the game."""
+"""Write the light that a fire gives in each frame as JSON, to animate a lamp in the game.
+
+``preview`` reads the files back.
+"""
 
 import json
+from pathlib import Path
 
 import numpy as np
 
+from fire_atlas.core.checks import number
 from fire_atlas.core.decimals import plain
+from fire_atlas.core.errors import SourceError
+from fire_atlas.core.files import MAX_JSON_BYTES, read_file
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.core.pixels import REC709
 from fire_atlas.effect.composition.light import ClipLight, FrameLight
@@ -14,6 +21,11 @@ _DECIMALS = {
     "t": 6, "intensity": 4, "r": 4, "g": 4, "b": 4, "x": 2, "y": 2, "radius": 2,
     "light": 6,
 }  # fmt: skip
+
+
+_HIGHEST = {"intensity": 1e6, "r": 1.0, "g": 1.0, "b": 1.0}
+_FURTHEST = 1e6
+"""Limits on what is read: of light, and of places in px."""
 
 
 def write_light(name: str, light: ClipLight) -> OutputFile:
@@ -69,6 +81,30 @@ def light_of_frames(light: ClipLight) -> list[dict[str, float]]:
         else {"intensity": 0.0, **mean_shape}
         for frame in light.frames
     ]
+
+
+def read_light(path: Path) -> list[dict[str, float]] | None:
+    """Read intensity, r, g, b, x and y of each frame from a file; None if there is no such file.
+
+    Raises:
+        SourceError: The file was not written by ``write_light``.
+    """
+    if not path.exists():
+        return None
+    try:
+        frames = json.loads(read_file(path, MAX_JSON_BYTES))["frames"]
+        return [
+            {key: number(frame[key], 0, high) for key, high in _HIGHEST.items()}
+            | {key: number(frame[key], -_FURTHEST, _FURTHEST) for key in "xy"}
+            for frame in frames
+        ]
+    except OSError as error:
+        raise SourceError(f"{path}: the light cannot be read ({error.strerror})") from None
+    except (LookupError, TypeError, ValueError, RecursionError) as error:
+        raise SourceError(
+            f"{path}: is not a file of light that fire-atlas wrote "
+            f"({type(error).__name__}: {error}); build the recipe again"
+        ) from error
 
 
 def _mean(light: ClipLight) -> FrameLight:
