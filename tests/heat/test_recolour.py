@@ -18,6 +18,7 @@ from fire_atlas.formats.atlas.texture_packer import read_atlas
 from fire_atlas.heat.ready import ready_light
 from fire_atlas.preview.cut_frames import cut_frames
 from fire_atlas.recipe.ramps import READY_RAMPS
+from tests.support.cover import hidden_by_light
 
 SIDE = 64
 PLAIN: dict[str, Any] = {"flakes": "none", "timeline": {"loop": "none"}}
@@ -124,7 +125,8 @@ def test_grey_fire_on_black_takes_all_colours_of_a_list(tmp_path: Path) -> None:
         assert off[known_heat(i) > 4].max() <= 2  # what is darker counts as black
         # From blue to cyan, thin fire covers less than that.
         luminance = 0.7152 * heat + 0.0722
-        off = np.abs(255 * cover * np.maximum(cover, luminance / 0.88) - built[i][..., 3])
+        hides = hidden_by_light(cover, cover * luminance)
+        off = np.abs(255 * hides - built[i][..., 3])
         assert off[known_heat(i) > 4].max() <= 2
 
 

@@ -13,6 +13,7 @@ from fire_atlas.core.pixels import Bytes
 from fire_atlas.core.shipped import shipped
 from fire_atlas.formats.atlas.texture_packer import read_atlas
 from fire_atlas.preview.cut_frames import cut_frames
+from tests.support.cover import hidden_by_light
 from tests.support.repo import Repo
 
 PLAIN: dict[str, Any] = {"motion_blur": "none", "timeline": {"loop": "none"}}
@@ -40,8 +41,7 @@ def both(repo: Repo, **keys: Any) -> list[tuple[Bytes, Bytes]]:
 def hides(light: NDArray[Any], needed: NDArray[Any]) -> NDArray[np.float64]:
     """What light (..., 3) of 255 hides that needs that coverage (...)."""
     unit, coverage = light / 255, needed / 255
-    clear = unit @ [0.2126, 0.7152, 0.0722] / 0.88
-    return np.asarray(255 * np.maximum(coverage**2, np.minimum(clear, coverage)), np.float64)
+    return 255 * hidden_by_light(coverage, unit @ [0.2126, 0.7152, 0.0722])
 
 
 def test_light_is_stored_alike_and_hides_less_where_it_is_thin(repo: Repo) -> None:

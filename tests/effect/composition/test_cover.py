@@ -11,6 +11,7 @@ from fire_atlas.effect.composition.cover import thin_cover
 from fire_atlas.effect.composition.smoke import hidden_by_smoke
 from fire_atlas.preview.blend import blend
 from fire_atlas.sources.matte import luminance_of_light
+from tests.support.cover import hidden_by_light
 
 SKY, NIGHT, BLACK = (168, 206, 204), (16, 16, 20), (0, 0, 0)
 SPACES = ["srgb", "linear"]
@@ -70,9 +71,7 @@ def test_white_light_covers_as_it_shines_and_red_light_less_where_it_is_thin() -
     for hue, share in ((np.ones(3), 1.0), (np.array([1.0, 0, 0]), 0.2126 / 0.88)):
         full, thin = both(light(*(tuple(level * hue) for level in levels)), "srgb")
         needed = full[..., 3] / 255
-        thin = np.maximum(needed * needed, share * needed)
-        dense = np.clip((needed - 0.25) / 0.35, 0, 1)
-        wanted = 255 * (thin + (needed - thin) * dense**2 * (3 - 2 * dense))
+        wanted = 255 * hidden_by_light(needed, 0.88 * share * needed)
         assert np.abs(thin[..., 3] - wanted).max() <= 0.6
 
 
@@ -82,8 +81,7 @@ def test_things_hide_as_they_did_however_much_light_there_is(hidden: float) -> N
         coverage = 1 - (1 - hidden) * (1 - needed)
         pixels = np.array([[[coverage, 0, 0, coverage]]], np.float32)
         cover = thin_cover(pixels, np.full((1, 1), hidden, np.float32), "srgb")[0, 0]
-        allowed = coverage * 0.2126 / 0.88
-        covers = max(needed**2, min(needed, (allowed - hidden) / max(1 - hidden, 1e-6)))
+        covers = hidden_by_light(needed, coverage * 0.2126, hidden)
         assert cover == pytest.approx(1 - (1 - hidden) * (1 - covers), abs=1e-4)
         assert hidden - 1e-6 <= cover <= coverage + 1e-6
 

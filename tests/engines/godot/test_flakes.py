@@ -24,6 +24,7 @@ from fire_atlas.pipeline.files.exports import exported_files
 from fire_atlas.preview.blend import blend
 from fire_atlas.preview.cut_frames import cut_frames
 from tests.support.any_tracks import any_tracks, flights_of
+from tests.support.cover import hidden_by_light
 from tests.support.embers import (
     SIDE,
     SINGLE,
@@ -318,8 +319,8 @@ def covered(ember: Picture, behind: Picture) -> Picture:
     """Blend as premultiplied alpha: an ember covers less than it is bright."""
     bright = ember.max(axis=2, keepdims=True)
     luminance = (ember @ [0.2126, 0.7152, 0.0722])[..., None]
-    cover: Picture = np.maximum(bright * bright, np.minimum(bright, luminance / 0.88))
-    return np.minimum(ember + behind * (1 - cover), 1)
+    cover = hidden_by_light(bright, luminance)
+    return np.asarray(np.minimum(ember + behind * (1 - cover), 1))
 
 
 def added(ember: Picture, behind: Picture) -> Picture:
