@@ -248,7 +248,7 @@ def test_layers_beside_heat_keep_their_colours(repo: Repo) -> None:
     files = repo.built(repo.recipe(atlas=atlas, maps={"flame": True}))
     textures = {name for name in files if name.endswith(".dds")}
     assert textures == {"fire.bc4.dds", "fire.flame.bc7.dds"}
-    assert psnr(repo.build / "fire.flame.bc7.dds", image(repo.build / "fire.flame.png")) > 34
+    assert psnr(repo.build / "fire.flame.bc7.dds", image(repo.build / "fire.flame.png")) > 33
 
 
 @pytest.mark.parametrize("name", ["motion", "haze"])
