@@ -20,13 +20,14 @@ WOOD, GAP = (132.0, 92.0, 52.0), (38.0, 24.0, 14.0)
 def grain(seed: int, shape: tuple[int, int]) -> Field:
     """Noise about 0 of streaks from left to right."""
     rng = np.random.Generator(np.random.Philox(seed))
-    return cv2.GaussianBlur(rng.normal(size=shape), (0, 0), sigmaX=14, sigmaY=0.9) * 6
+    noise = rng.normal(size=shape).astype(np.float32)
+    return np.asarray(6 * cv2.GaussianBlur(noise, (0, 0), sigmaX=14, sigmaY=0.9), np.float32)
 
 
 def board(seed: int, shape: tuple[int, int]) -> Field:
     """Brightness about 1 of a board, dark at its edges."""
     height, width = shape
-    rows, columns = np.arange(height) + 0.5, np.arange(width) + 0.5
+    rows, columns = (np.arange(n, dtype=np.float32) + 0.5 for n in (height, width))
     edge = np.minimum.outer(np.minimum(rows, height - rows), np.minimum(columns, width - columns))
     shade = np.random.Generator(np.random.Philox(seed + 900)).uniform(0.82, 1.0)
     return (shade + 0.16 * grain(seed, shape)) * (0.55 + 0.45 * soft_step(0.0, 3.0, edge))
@@ -34,7 +35,7 @@ def board(seed: int, shape: tuple[int, int]) -> Field:
 
 def crate() -> Pixels:
     """The picture: RGBA of shape (SIZE, SIZE, 4), transparent around the crate."""
-    light = np.zeros((SIDE, SIDE))
+    light = np.zeros((SIDE, SIDE), np.float32)
     step = (SIDE - 2 * FRAME) / BOARDS
     for number in range(BOARDS):
         top, bottom = (FRAME + round(step * k) for k in (number, number + 1))
@@ -49,8 +50,8 @@ def crate() -> Pixels:
     light[:FRAME], light[-FRAME:] = board(11, (FRAME, SIDE)), board(12, (FRAME, SIDE))
     light[:, :FRAME] = board(13, (FRAME, SIDE)).T
     light[:, -FRAME:] = board(14, (FRAME, SIDE)).T
-    image = np.zeros((SIZE, SIZE, 4))
-    cover = np.zeros((SIZE, SIZE))
+    image = np.zeros((SIZE, SIZE, 4), np.float32)
+    cover = np.zeros((SIZE, SIZE), np.float32)
     inside = slice(TOP, TOP + SIDE), slice(LEFT, LEFT + SIDE)
     cover[inside] = 1
     image = layer_over(image, GAP, cover)

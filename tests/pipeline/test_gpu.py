@@ -151,7 +151,7 @@ def test_the_sample_campfire_is_kept_well(repo: Repo) -> None:
     atlas = {"gpu": ["bc7.ktx2", "astc-6x6.ktx2"], "alpha": "premultiplied"}
     repo.built(repo.recipe(source=source, timeline={"loop": "none"}, atlas=atlas))
     page = image(repo.build / "fire.png")
-    assert psnr(repo.build / "fire.bc7.ktx2", page) >= 41.5
+    assert psnr(repo.build / "fire.bc7.ktx2", page) >= 40.5
     # Its sparks are finer than blocks of 6 x 6: the encoder's most thorough search gains 0.2 dB.
     assert psnr(repo.build / "fire.astc-6x6.ktx2", page) >= 35
 
