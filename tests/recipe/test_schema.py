@@ -18,6 +18,19 @@ from fire_atlas.recipe.tree import read_tree
 READY = sorted(shipped("recipes").glob("*.yaml"))
 
 
+class Yaml12(yaml.SafeLoader):
+    """Reads as editors do: in YAML 1.2 only true and false are booleans, and ``on`` is a word."""
+
+    yaml_implicit_resolvers = {  # noqa: RUF012 - PyYAML's own name
+        first: [
+            (tag, pattern)
+            for tag, pattern in resolvers
+            if tag != "tag:yaml.org,2002:bool" or first in "tTfF"
+        ]
+        for first, resolvers in yaml.SafeLoader.yaml_implicit_resolvers.items()
+    }
+
+
 @cache
 def validator() -> Draft202012Validator:
     """Return what judges recipes by the schema, which takes a second to make."""
@@ -63,7 +76,7 @@ def test_unknown_keys_are_marked_in_every_block() -> None:
 
 @pytest.mark.parametrize("path", READY, ids=[path.stem for path in READY])
 def test_every_ready_recipe_fits_the_schema(path: Path) -> None:
-    validator().validate(yaml.safe_load(path.read_text(encoding="utf-8")))
+    validator().validate(yaml.load(path.read_text(encoding="utf-8"), Yaml12))
 
 
 @pytest.mark.parametrize(
