@@ -22,6 +22,7 @@ from fire_atlas.recipe.base import (
     Settings,
     either,
 )
+from fire_atlas.recipe.problem import ContradictionError, Problem
 
 Coordinate = Annotated[float, Field(ge=-10, le=10)]
 Place = Annotated[tuple[Coordinate, Coordinate, Coordinate], LIST]
@@ -67,10 +68,24 @@ class Arrangement(Settings):
     spread: float = Field(default=0.0, ge=0, le=10)
     """Spread of their bases, heights: the largest distance from the middle (``crossed``), the
     radius (``ring``), or the length (``line``)."""
+    tile: bool = False
+    """Make the frame a tile, to be laid side by side with itself without a seam. The line is as
+    long as the frame is wide, and what leaves the frame at one side, flakes too, enters at the
+    other. Only of a ``line``, instead of ``spread``."""
     at: Place = (0.0, 0.0, 0.0)
     """[x, y, z] of the middle of the arrangement on the ground, heights."""
     fuel: FuelName | None = None
     """What burns on them. Default: ``source.fuel``."""
+
+    @model_validator(mode="after")
+    def _only_lines_tile(self) -> Self:
+        if self.tile and self.arrangement != "line":
+            problem = f"goes on in the next frame, as {self.arrangement} cannot; use arrangement: "
+            raise ContradictionError(Problem(("tile",), f"{problem}line, or remove it"))
+        if self.tile and self.spread:
+            problem = "with tile: true a line is as long as the frame is wide; remove it, and state"
+            raise ContradictionError(Problem(("spread",), f"{problem} source.width"))
+        return self
 
 
 def _in_order(times: Sequence[float]) -> None:
@@ -286,6 +301,13 @@ class SilkSource(Settings):
     glow: float = Field(default=0.0, ge=0, le=1)
     """Part of the flame's light that air and lens scatter: a soft glow around it, also in front of
     objects, which fades towards the frame's edges."""
+
+    @property
+    def tile_width(self) -> float | None:
+        """Width of a frame, heights, if it is a tile; else None."""
+        entries = self.sheets if isinstance(self.sheets, tuple) else (self.sheets,)
+        tiles = any(isinstance(entry, Arrangement) and entry.tile for entry in entries)
+        return self.width / self.height if tiles else None
 
     @model_validator(mode="after")
     def _colours_of_its_own(self) -> Self:
