@@ -26,6 +26,8 @@ class Camera:
         scale: Pixels per unit of length; in perspective, at the depth of the world's origin.
         distance: Distance from there to the camera, which faces the middle of the frame; infinite
             if lines of sight are parallel.
+        tiles: Whether the frame is a tile, to be laid side by side with itself: what leaves it at
+            one side enters at the other.
     """
 
     azimuth: float
@@ -35,10 +37,15 @@ class Camera:
     origin: tuple[float, float]
     scale: float
     distance: float = math.inf
+    tiles: bool = False
 
     def from_the_front(self) -> Self:
         """Return the camera in front of the fire, level, whose lines of sight are parallel."""
         return replace(self, azimuth=0.0, elevation=0.0, distance=math.inf)
+
+    def from_the_right(self) -> Self:
+        """Return the same camera at the fire's right. A tile's ends are seen from there."""
+        return replace(self, azimuth=self.azimuth + math.pi / 2, tiles=False)
 
     def axes(self) -> NDArray[np.float64]:
         """Camera axes right, down and away from it: (3, 3) unit vectors in world coordinates."""

@@ -145,6 +145,11 @@ class Clip:
     solids: Callable[[int], Pixels] | None = None
 
     @property
+    def tiles(self) -> bool:
+        """Whether what leaves the frame at one side enters at the other; see ``Camera``."""
+        return self.depth is not None and self.depth.camera.tiles
+
+    @property
     def body(self) -> int:
         """Number of frames without the tail."""
         return self.count - self.tail

@@ -109,6 +109,12 @@ def random_wave_vectors(
     return length, number * np.cos(heading), number * np.sin(heading)
 
 
+def in_whole_cycles(number: NDArray[np.float64], length: float) -> NDArray[np.float64]:
+    """Return the nearest wave numbers, rad per unit, of which ``length`` units are whole cycles."""
+    cycle = 2 * np.pi / length
+    return np.asarray(cycle * np.rint(number / cycle))
+
+
 def curl_differences(stream: Plane) -> tuple[Plane, Plane]:
     """Return the curl of a stream function on a grid, by central differences.
 

@@ -32,6 +32,7 @@ from fire_atlas.maps.vectors.page import (
 )
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.output import Maps
+from fire_atlas.vision.warp import between_copies
 
 _STRENGTH = 7e-4
 """Shift where the density of the air changes by that of cold air in a frame height, heights."""
@@ -52,16 +53,19 @@ class Haze:
         cells: One array per frame, (rows, columns, 2): where what is seen through the air at the
             middle of a cell really is, px to the right and down from there.
         longest: Maximum length of shifts along x and along y, px, without outliers.
+        tiles: Whether the right side of a frame joins its left one.
     """
 
     width: int
     height: int
     cells: tuple[NDArray[np.float16], ...]
     longest: tuple[float, float]
+    tiles: bool = False
 
     def frames(self) -> list[FrameVectors]:
         """Return the frames, in playing order."""
-        return [FrameVectors(cell, self.width, self.height) for cell in self.cells]
+        size = self.width, self.height
+        return [FrameVectors(cell, *size, tiles=self.tiles) for cell in self.cells]
 
     def seen(self, frame: int) -> Rect | None:
         """Return the rectangle of a frame in which haze is seen, px; None if nowhere."""
@@ -91,7 +95,7 @@ class _Haze(Maker):
         with context.timer.measure("haze"):
             thin = thinness(parts.field, parts.clip.height, recipe.seed)
             played = islice(thin, parts.clip.count)  # without a dark end, fewer than the field's
-            return haze_of(played, parts.study.kappa, parts.field.cell)
+            return haze_of(played, parts.study.kappa, parts.field.cell, tiles=parts.field.tiles)
 
     def seen(self, found: Haze, i: int) -> Rect | None:
         return found.seen(i)
@@ -137,7 +141,7 @@ class _Haze(Maker):
 MAKER = _Haze()
 
 
-def haze_of(thinness: Iterable[Plane], kappa: Plane, cell: int) -> Haze:
+def haze_of(thinness: Iterable[Plane], kappa: Plane, cell: int, *, tiles: bool = False) -> Haze:
     """Return the haze of an animation.
 
     Args:
@@ -145,22 +149,26 @@ def haze_of(thinness: Iterable[Plane], kappa: Plane, cell: int) -> Haze:
         kappa: (H, W) height weight [κ], from 0 at the bottom of the flame to 1 at its top and
             above: hot air builds up on its way, and the ground beneath a fire stays as it is.
         cell: Side of a cell of the grid, px.
+        tiles: Whether the right side of the air joins its left one.
     """
     unit, cells = np.float32(_STRENGTH * len(kappa) ** 2 / cell), list[NDArray[np.float16]]()
+    margin = 1 if tiles else 0
     for thin in thinness:
-        down, right = np.gradient(-thin)
-        shift = np.stack([right, down], axis=2) * _weight(kappa, thin.shape, cell)
+        down, right = np.gradient(between_copies(as_plane(-thin), margin))
+        around = np.stack([right, down], axis=2)
+        shift = around[:, margin : margin + thin.shape[1]] * _weight(kappa, thin.shape, cell, tiles)
         cells.append((shift * unit).astype(np.float16))
     rows, columns = cells[0].shape[:2]
-    return Haze(columns * cell, rows * cell, tuple(cells), longest_of(cells))
+    return Haze(columns * cell, rows * cell, tuple(cells), longest_of(cells), tiles)
 
 
-def _weight(kappa: Plane, shape: tuple[int, int], cell: int) -> NDArray[np.float32]:
-    """Return the factor of each cell's haze, (rows, columns, 1): κ, and 0 at the frame's border."""
+def _weight(kappa: Plane, shape: tuple[int, int], cell: int, tiles: bool) -> NDArray[np.float32]:
+    """Return the factor of each cell's haze, (rows, columns, 1): κ, and 0 at the frame's border,
+    but at the sides of a tile."""
     height, width = kappa.shape
     x, y = ((np.arange(count) + 0.5) * cell for count in (shape[1], shape[0]))
     edge = _EDGE * height
-    across = np.clip(np.minimum(x, width - x) / edge, 0, 1)
+    across = np.ones_like(x) if tiles else np.clip(np.minimum(x, width - x) / edge, 0, 1)
     along = np.clip(np.minimum(y, height - y) / edge, 0, 1)
     centres = np.meshgrid(np.minimum(x, width - 1), np.minimum(y, height - 1))
     column, row = (centre.astype(np.intp) for centre in centres)

@@ -30,6 +30,11 @@ from fire_atlas.maps.vectors.page import (
 )
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.output import Engine, Maps
+from fire_atlas.vision.warp import between_copies
+
+_REACH = 0.2
+"""Distance beyond the sides of a tile that has a part in its vectors, of the longer side: frames
+are compared, and errors averaged, over about so much."""
 
 
 class _Motion(Maker):
@@ -52,16 +57,21 @@ class _Motion(Maker):
                 key=("maps", "motion"),
             )
         skipped = _thumbnails(parts, recipe, context.workers)
+        pictures, margin = cast("Sequence[Bytes]", parts.frames), 0
+        if parts.clip is not None and parts.clip.tiles:
+            margin = math.ceil(_REACH * max(pictures[0].shape))
+            pictures = [between_copies(picture, margin) for picture in pictures]
         with context.timer.measure("motion"):
             context.progress.stage("motion", len(parts.frames))
             return estimate_motion(
-                cast("Sequence[Bytes]", parts.frames),
+                pictures,
                 skipped,
                 sizes.pop(),
                 parts.loop,
                 motion_encoding(engine),
                 context.workers,
                 context.progress.advance,
+                margin,
             )
 
     def statistics(self, found: Motion) -> dict[str, Any]:

@@ -116,7 +116,8 @@ def _signed(picture: bytes) -> bytes:
 
 def _flakes(tracks: Tracks, texture: TextureCells | None, i: int) -> Bytes:
     cells = tracks.texture.cells[i] if tracks.texture is not None else None
-    light = draw_frame(tracks.frames[i], tracks.height, tracks.width, False, texture, cells)
+    rows, tiles = tracks.frames[i], tracks.tiles
+    light = draw_frame(rows, tracks.height, tracks.width, False, texture, cells, tiles=tiles)
     return _fit(encode_bytes(expose(light.rgb())))
 
 

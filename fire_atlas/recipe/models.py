@@ -176,6 +176,8 @@ class Recipe(Settings):
                     "already; remove it, or learn again with it: fire-atlas learn CLIP "
                     f"--set {key}=...",
                 )
+        if isinstance(self.source, SilkSource) and self.source.tile_width is not None:
+            yield from _against_tiles(self.views)
         if isinstance(self.source, ProfileSource | SilkSource):
             yield from _clip_only_keys(self.timeline)
         if isinstance(self.source, SpritesSource):
@@ -355,6 +357,21 @@ def _against_levels(recipe: Recipe) -> Iterator[Problem]:
             ("flakes", "rounds"),
             "with wind.levels the flakes repeat with their loop, so that transitions can take them "
             "on; remove it",
+        )
+
+
+def _against_tiles(views: Views) -> Iterator[Problem]:
+    """Yield the views in which a tile would have a seam."""
+    if views.count > 1:
+        yield Problem(
+            ("views", "count"),
+            "a tile (sheets.tile) is one only from the front; remove it, or remove tile",
+        )
+    if views.distance is not None:
+        yield Problem(
+            ("views", "distance"),
+            "in perspective what is near moves out of a tile (sheets.tile) further than what is "
+            "far; remove it, or remove tile",
         )
 
 

@@ -85,6 +85,10 @@ class Arrangement(Settings):
     spread: float = Field(default=0.0, ge=0, le=10)
     """Spread of their bases, heights: the largest distance from the middle (``crossed``, ``jet``),
     the radius (``ring``), or the length (``line``)."""
+    tile: bool = False
+    """Make the frame a tile, to be laid side by side with itself without a seam. The line is as
+    long as the frame is wide, and what leaves the frame at one side, flakes too, enters at the
+    other. Only of a ``line``, instead of ``spread``."""
     at: Place = (0.0, 0.0, 0.0)
     """[x, y, z] of the middle of the arrangement on the ground, heights; of what burns, how far
     its flames are moved."""
@@ -102,6 +106,16 @@ class Arrangement(Settings):
             raise ValueError("only a jet has a direction: `arrangement: jet`")
         if self.direction is not None and not any(self.direction):
             raise ValueError("direction: [0, 0, 0] is none; [0, 0, 1] is up")
+        return self
+
+    @model_validator(mode="after")
+    def _only_lines_tile(self) -> Self:
+        if self.tile and self.arrangement != "line":
+            problem = f"goes on in the next frame, as {self.arrangement} cannot; use arrangement: "
+            raise ContradictionError(Problem(("tile",), f"{problem}line, or remove it"))
+        if self.tile and self.spread:
+            problem = "with tile: true a line is as long as the frame is wide; remove it, and state"
+            raise ContradictionError(Problem(("spread",), f"{problem} source.width"))
         return self
 
 
@@ -348,6 +362,12 @@ class SilkSource(Settings):
     def arrangements(self) -> "tuple[Sheet | Arrangement, ...]":
         """The entries of ``sheets``, one or several."""
         return (self.sheets,) if isinstance(self.sheets, Arrangement) else self.sheets
+
+    @property
+    def tile_width(self) -> float | None:
+        """Width of a frame, heights, if it is a tile; else None."""
+        tiles = any(isinstance(entry, Arrangement) and entry.tile for entry in self.arrangements)
+        return self.width / self.height if tiles else None
 
     @model_validator(mode="after")
     def _something_to_burn(self) -> Self:

@@ -1,6 +1,6 @@
 """Warp pictures along optical flow, and estimate the flow between two frames in both directions."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeVar, cast
 
 import cv2
 import numpy as np
@@ -10,11 +10,17 @@ from numpy.typing import NDArray
 from fire_atlas.core.pixels import Bytes, Pixels, Plane, as_plane, brightness
 from fire_atlas.vision.flow import optical_flow, resized
 
+_Image = TypeVar("_Image", bound=NDArray[Any])
+
 _CONSISTENCY = 0.01
 """Tolerated mismatch of forward and backward flow, as a fraction of the frame."""
 
 _COVERAGE_WEIGHT = 0.25
 """Weight of coverage, against brightness, in the picture flow is estimated on; it shows smoke."""
+
+
+_AROUND = 2
+"""Width, px, that a bicubic filter reaches beyond a picture."""
 
 
 class FlowField(NamedTuple):
@@ -52,13 +58,25 @@ def sample_at(
     y: NDArray[np.floating],
     interpolation: int = cv2.INTER_LINEAR,
     border: int = cv2.BORDER_REPLICATE,
+    *,
+    tiles: bool = False,
 ) -> NDArray[np.float32]:
     """Sample ``image``, (h, w) or (h, w, channels), at the points (``x``, ``y``), (rows, columns).
 
     Points are px, with (0, 0) the centre of the top-left pixel. By default the sampling is bilinear
-    and the outermost pixels are repeated beyond the border.
+    and the outermost pixels are repeated beyond the border. Beyond the sides of an image that
+    ``tiles``, it begins again.
     """
+    if tiles:
+        x = np.mod(x, image.shape[1]) + _AROUND
+        image = between_copies(image, _AROUND)
     return as_plane(cv2.remap(image, as_plane(x), as_plane(y), interpolation, borderMode=border))
+
+
+def between_copies(image: _Image, margin: int) -> _Image:
+    """Return ``image``, (h, w) or (h, w, channels), with ``margin`` px at both sides of copies that
+    are laid beside it."""
+    return cast(_Image, cv2.copyMakeBorder(image, 0, 0, margin, margin, cv2.BORDER_WRAP))
 
 
 def warp_by_pixels(

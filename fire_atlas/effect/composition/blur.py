@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 
 from fire_atlas.core.pixels import Pixels, Plane, as_plane, magnitude
-from fire_atlas.vision.warp import sample_at
+from fire_atlas.vision.warp import between_copies, sample_at
 
 _LONGEST = 0.25
 """Maximum length of a path, relative to the frame's shorter side. A single fast cell of the field
@@ -22,6 +22,8 @@ def blur_along(
     kappa: Plane,
     exposure: float,
     samples: int,
+    *,
+    tiles: bool = False,
 ) -> Pixels:
     """Average each pixel along the path it travels while the shutter is open (eq. 17).
 
@@ -38,21 +40,23 @@ def blur_along(
         exposure: Time the shutter is open, s.
         samples: Minimum number of samples along a path, at least 1. A path of more px has one for
             every px, so that what it passes is smeared rather than stamped.
+        tiles: Whether what leaves the picture at one side enters at the other.
     """
     height, width = pixels.shape[:2]
     duration = kappa * np.float32(exposure)
-    centres = np.array([[1, 0, (1 - cell) / 2], [0, 1, (1 - cell) / 2]]) / cell
+    margin, first = 1 if tiles else 0, (1 - cell) / 2
+    centres = np.array([[1, 0, first + margin * cell], [0, 1, first]]) / cell
     path_x, path_y = (
         duration * cv2.warpAffine(
-            plane, centres, (width, height), borderMode=cv2.BORDER_REPLICATE,
-            flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
+            between_copies(plane, margin), centres, (width, height),
+            borderMode=cv2.BORDER_REPLICATE, flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
         )
         for plane in (u, v)
     )  # fmt: skip
     path_x, path_y = bounded(path_x, path_y, (width, height))
     length = magnitude(path_x, path_y)
     x, y = np.meshgrid(np.arange(width, dtype=np.float32), np.arange(height, dtype=np.float32))
-    blurred = _mean_along(pixels, x, y, path_x, path_y, samples)
+    blurred = _mean_along(pixels, x, y, path_x, path_y, samples, tiles)
     while (long := np.flatnonzero(length > samples)).size:
         samples *= 2
         for start in range(0, len(long), _BATCH):
@@ -60,7 +64,7 @@ def blur_along(
             at_x, at_y, to_x, to_y = (
                 as_plane(plane.ravel()[places, None]) for plane in (x, y, path_x, path_y)
             )
-            mean = _mean_along(pixels, at_x, at_y, to_x, to_y, samples)
+            mean = _mean_along(pixels, at_x, at_y, to_x, to_y, samples, tiles)
             blurred.reshape(-1, 4)[places] = mean[:, 0]
     return _with_light_of(pixels, blurred)
 
@@ -73,12 +77,12 @@ def bounded(path_x: Plane, path_y: Plane, size: tuple[int, int]) -> tuple[Plane,
 
 
 def _mean_along(
-    pixels: Pixels, x: Plane, y: Plane, path_x: Plane, path_y: Plane, samples: int
+    pixels: Pixels, x: Plane, y: Plane, path_x: Plane, path_y: Plane, samples: int, tiles: bool
 ) -> Pixels:
     """Mean of samples along paths through the places (x, y), px, all (rows, columns)."""
     total = np.zeros((*x.shape, 4), np.float32)
     for moment in ((np.arange(samples) + 0.5) / samples - 0.5).astype(np.float32):
-        moved = sample_at(pixels, x - path_x * moment, y - path_y * moment)
+        moved = sample_at(pixels, x - path_x * moment, y - path_y * moment, tiles=tiles)
         cv2.add(total, moved, dst=total)
     return as_plane(total / np.float32(samples))
 

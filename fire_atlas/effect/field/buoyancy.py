@@ -19,7 +19,7 @@ from fire_atlas.effect.field.forcing import Forcing, grid_shape
 from fire_atlas.effect.field.wind import AmbientFlow
 from fire_atlas.recipe.effect import Buoyancy
 from fire_atlas.recipe.wind import Wind
-from fire_atlas.vision.warp import sample_at
+from fire_atlas.vision.warp import between_copies, sample_at
 
 _MAX_STEP = 1 / 20
 """Maximum time step, s: frames of slow clips are sub-stepped, so that no flow skips an eddy."""
@@ -74,6 +74,7 @@ class BuoyancySolver:
         viscosity: μ, px²/s.
         projection: Whether each time step ends with ``project``.
         ambient: Wind and eddies, towards which drag pulls the field outside the flame.
+        tiles: Whether the right side of the field joins its left one.
     """
 
     shape: tuple[int, int]
@@ -86,6 +87,7 @@ class BuoyancySolver:
     viscosity: float
     projection: bool
     ambient: AmbientFlow
+    tiles: bool
 
     @classmethod
     def of(
@@ -102,7 +104,7 @@ class BuoyancySolver:
         Args:
             buoyancy: The recipe's section.
             direction: Of the lift, a unit vector in image axes.
-            clip: The clip; only its length, rate and size are used.
+            clip: The clip; only its length, rate, size and whether it tiles are used.
             wind: The recipe's wind in the clip's view.
             seed: Random seed of the eddies.
             view: Number of the view, which has eddies of its own.
@@ -119,6 +121,7 @@ class BuoyancySolver:
             viscosity=buoyancy.viscosity * height**2,
             projection=buoyancy.projection,
             ambient=AmbientFlow.of(wind, buoyancy, clip, seed, view),
+            tiles=clip.tiles,
         )
 
     def initial(self, forcing: Forcing) -> BuoyancyField:
@@ -150,7 +153,8 @@ class BuoyancySolver:
         slows it; outside, drag pulls it towards the ambient flow.
         """
         ambient = self.ambient.velocity(time, self.shape)
-        field = diffuse(advect(field, dt, self.cell), self.viscosity, dt, self.cell)
+        field = advect(field, dt, self.cell, tiles=self.tiles)
+        field = diffuse(field, self.viscosity, dt, self.cell, tiles=self.tiles)
         rate = as_plane(forcing.flame * np.float32(self.coupling) + np.float32(self.drag))
         outside = as_plane(np.float32(self.drag) * (1.0 - forcing.flame))
         effective = effective_step(rate, dt)
@@ -162,7 +166,7 @@ class BuoyancySolver:
             pull = follow + outside * around
             change = (force + weight) + pull - rate * velocity
             planes.append(as_plane(velocity + change * effective))
-        u, v = project(*planes) if self.projection else planes
+        u, v = project(*planes, tiles=self.tiles) if self.projection else planes
         heat = np.maximum(field.heat * np.float32(math.exp(-_COOLING * dt)), forcing.flame)
         return BuoyancyField(u, v, as_plane(heat))
 
@@ -215,23 +219,26 @@ def _lift_strength(buoyancy: Buoyancy) -> float:
     return math.hypot(*lift) if isinstance(lift, tuple) else abs(lift)
 
 
-def advect(field: BuoyancyField, dt: float, cell: int) -> BuoyancyField:
+def advect(field: BuoyancyField, dt: float, cell: int, *, tiles: bool = False) -> BuoyancyField:
     """Semi-Lagrangian self-advection over ``dt`` seconds: (u·∇)u of eq. 12. ``cell``: px.
 
     Planes are sampled one by one: for two-channel data OpenCV rounds coordinates to 1/32 px, which
     would stop slow air altogether.
     """
     x, y = _departures(field.u, field.v, dt, cell)
-    return BuoyancyField(*(sample_at(plane, x, y) for plane in (field.u, field.v, field.heat)))
+    planes = (field.u, field.v, field.heat)
+    return BuoyancyField(*(sample_at(plane, x, y, tiles=tiles) for plane in planes))
 
 
-def advect_plane(plane: Plane, u: Plane, v: Plane, dt: float, cell: int) -> Plane:
+def advect_plane(
+    plane: Plane, u: Plane, v: Plane, dt: float, cell: int, *, tiles: bool = False
+) -> Plane:
     """Return a plane (rows, columns) after the velocity (u, v), px/s, carried it for ``dt`` s.
 
     Sampled bicubically: what is carried far stays sharp, but may overshoot.
     """
     x, y = _departures(u, v, dt, cell)
-    return as_plane(sample_at(plane, x, y, cv2.INTER_CUBIC))
+    return as_plane(sample_at(plane, x, y, cv2.INTER_CUBIC, tiles=tiles))
 
 
 def _departures(u: Plane, v: Plane, dt: float, cell: int) -> tuple[Plane, Plane]:
@@ -245,7 +252,9 @@ def _departures(u: Plane, v: Plane, dt: float, cell: int) -> tuple[Plane, Plane]
     return as_plane(from_x), as_plane(from_y)
 
 
-def diffuse(field: BuoyancyField, viscosity: float, dt: float, cell: int) -> BuoyancyField:
+def diffuse(
+    field: BuoyancyField, viscosity: float, dt: float, cell: int, *, tiles: bool = False
+) -> BuoyancyField:
     """Viscosity μ ∇²u over ``dt`` seconds, by the exact solution of the heat equation: a Gaussian.
 
     Args:
@@ -253,17 +262,18 @@ def diffuse(field: BuoyancyField, viscosity: float, dt: float, cell: int) -> Buo
         viscosity: μ, px²/s.
         dt: Time step, s.
         cell: Side of a cell, px.
+        tiles: Whether the right side of the field joins its left one.
     """
     sigma = min(math.sqrt(2 * viscosity * dt) / cell, max(field.u.shape))
     if sigma < 0.05:  # the kernel is a single tap
         return field
-    size = 2 * math.ceil(3 * sigma) + 1
-    return BuoyancyField(
-        *(
-            as_plane(cv2.GaussianBlur(p, (size, size), sigma, borderType=cv2.BORDER_REPLICATE))
-            for p in (field.u, field.v, field.heat)
-        )
+    reach = math.ceil(3 * sigma)
+    size, margin, columns = (2 * reach + 1,) * 2, reach if tiles else 0, field.u.shape[1]
+    blurred = (
+        cv2.GaussianBlur(between_copies(p, margin), size, sigma, borderType=cv2.BORDER_REPLICATE)
+        for p in (field.u, field.v, field.heat)
     )
+    return BuoyancyField(*(as_plane(p[:, margin : margin + columns]) for p in blurred))
 
 
 def effective_step(rate: Plane, dt: float) -> Plane:
@@ -277,17 +287,19 @@ def effective_step(rate: Plane, dt: float) -> Plane:
     return as_plane(share * np.float32(dt))
 
 
-def project(u: Plane, v: Plane) -> tuple[Plane, Plane]:
+def project(u: Plane, v: Plane, *, tiles: bool = False) -> tuple[Plane, Plane]:
     """Make a field (rows, columns) divergence-free: −∇P of eq. 12, solved spectrally.
 
     The field is mirrored at every border (u odd in x, v odd in y), so that the periodic transform
-    sees closed walls instead of the opposite side.
+    sees closed walls instead of the opposite side. The sides of a field that ``tiles`` are open to
+    one another.
     """
     rows, columns = u.shape
-    wide = np.block([[u, -u[:, ::-1]], [u[::-1], -u[::-1, ::-1]]])
-    tall = np.block([[v, v[:, ::-1]], [-v[::-1], -v[::-1, ::-1]]])
+    wide, tall = np.vstack([u, u[::-1]]), np.vstack([v, -v[::-1]])
+    if not tiles:
+        wide, tall = np.hstack([wide, -wide[:, ::-1]]), np.hstack([tall, tall[:, ::-1]])
     su, sv = np.fft.rfft2(wide), np.fft.rfft2(tall)
-    kx = np.fft.rfftfreq(2 * columns)[None].astype(np.float32)
+    kx = np.fft.rfftfreq(wide.shape[1])[None].astype(np.float32)
     ky = np.fft.fftfreq(2 * rows)[:, None].astype(np.float32)
     square = kx**2 + ky**2
     square[0, 0] = 1.0

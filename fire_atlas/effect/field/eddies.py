@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.chance import RandomStream, generator
-from fire_atlas.core.noise import PlaneWaves, random_wave_vectors
+from fire_atlas.core.noise import PlaneWaves, in_whole_cycles, random_wave_vectors
 from fire_atlas.core.pixels import Plane, as_plane
 
 _WAVES = 28
@@ -39,15 +39,23 @@ class Eddies:
 
     @classmethod
     def random(
-        cls, seed: int, rows: int, speed: float, period: float | None = None, view: int = 0
+        cls,
+        seed: int,
+        rows: int,
+        speed: float,
+        period: float | None = None,
+        view: int = 0,
+        columns: int | None = None,
     ) -> Self:
         """Draw eddies of rms ``speed`` px/s for a grid with ``rows`` cells to the frame's height.
 
-        With a ``period``, s, each wave has a whole number of cycles in it, so the eddies repeat.
-        Each ``view`` has others.
+        With a ``period``, s, each wave has a whole number of cycles in it, so the eddies repeat. So
+        they do across ``columns`` cells, if given. Each ``view`` has others.
         """
         chance = generator(seed, RandomStream.EDDIES, view)
         length, kx, ky = random_wave_vectors(chance, _WAVES, _WAVELENGTHS, rows)
+        if columns is not None:
+            kx = in_whole_cycles(kx, columns)
         frequency = _FREQUENCY * (_WAVELENGTHS[1] / length) ** (2 / 3)
         if period is not None:
             frequency = np.maximum(np.rint(frequency * period), 1) / period

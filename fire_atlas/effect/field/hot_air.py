@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from fire_atlas.core.chance import RandomStream, generator
-from fire_atlas.core.noise import PlaneWaves, WavesOnGrid, random_wave_vectors
+from fire_atlas.core.noise import PlaneWaves, WavesOnGrid, in_whole_cycles, random_wave_vectors
 from fire_atlas.core.pixels import Plane, as_plane
 from fire_atlas.effect.field.buoyancy import advect_plane
 from fire_atlas.effect.field.record import FieldRecord
@@ -59,7 +59,7 @@ def _swings(field: FieldRecord, height: int, seed: int) -> Iterator[Plane]:
     swing = np.zeros(field.u.shape[1:], np.float32)
     for n in range(-math.ceil(_WARM_UP * _LIFE * field.fps), frames):
         i = n % frames if field.loop else max(n, 0)
-        carried = advect_plane(swing, field.u[i], field.v[i], step, field.cell)
+        carried = advect_plane(swing, field.u[i], field.v[i], step, field.cell, tiles=field.tiles)
         swing = carried * kept + waves.values(n * step) * stirred
         if n >= 0:
             yield np.clip(1 + swing, 0, 2)
@@ -69,6 +69,8 @@ def _waves(field: FieldRecord, height: int, seed: int) -> WavesOnGrid:
     """Return random waves of mean square 1 on the grid of a field; in a loop, with whole cycles."""
     chance = generator(seed, RandomStream.HAZE)
     _, kx, ky = random_wave_vectors(chance, _EDDIES, _WAVELENGTHS, height / field.cell)
+    if field.tiles:
+        kx = in_whole_cycles(kx, field.u.shape[2])
     frequency = chance.uniform(*_FREQUENCIES, _EDDIES)
     if field.loop:
         period = len(field.u) / field.fps

@@ -33,6 +33,7 @@ class FieldRecord:
         fps: Frames per second.
         loop: Whether frame 0 follows the last frame.
         heat: (frames, rows, columns) float16, 1 in the flame, 0 in cold air; None if not recorded.
+        tiles: Whether the right side of the field joins its left one.
     """
 
     u: NDArray[np.float32]
@@ -42,6 +43,7 @@ class FieldRecord:
     fps: float
     loop: bool
     heat: NDArray[np.float16] | None = None
+    tiles: bool = False
 
     @classmethod
     def empty(
@@ -53,11 +55,12 @@ class FieldRecord:
         loop: bool,
         *,
         has_heat: bool = False,
+        tiles: bool = False,
     ) -> Self:
         """Return a record of zeros, to be written frame by frame."""
         u, v = (np.zeros((frames, *shape), np.float32) for _ in range(2))
         heat = np.zeros(u.shape, np.float16) if has_heat else None
-        return cls(u, v, np.zeros(u.shape, np.uint8), cell, fps, loop, heat)
+        return cls(u, v, np.zeros(u.shape, np.uint8), cell, fps, loop, heat, tiles)
 
     def write(self, frame: int, field: BuoyancyField, brightness: Plane) -> None:
         """Record one frame; frames past the end of a loop are cross-faded into its first ones.
@@ -173,8 +176,9 @@ def record_field(
 ) -> FieldRecord:
     """Return a record of the field of each frame of a clip, as ``solve_field`` yields them."""
     record = FieldRecord.empty(
-        clip.count, solver.shape, solver.cell, clip.fps, clip.loop, has_heat=has_heat
-    )
+        clip.count, solver.shape, solver.cell, clip.fps, clip.loop,
+        has_heat=has_heat, tiles=solver.tiles,
+    )  # fmt: skip
     for frame in frames:
         record.write(frame.number, frame.field, frame.forcing.brightness)
     return record

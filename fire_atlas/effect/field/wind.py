@@ -50,10 +50,12 @@ class AmbientFlow:
 
         Each ``view`` has eddies of its own.
         """
-        rows, _ = grid_shape(clip.width, clip.height, buoyancy.cell)
+        rows, columns = grid_shape(clip.width, clip.height, buoyancy.cell)
         period = clip.count / clip.fps if clip.loop else None
         wind = wind if period is None else fit_gusts(wind, period)
-        eddies = Eddies.random(seed, rows, buoyancy.turbulence * clip.height, period, view)
+        repeating = columns if clip.tiles else None
+        speed = buoyancy.turbulence * clip.height
+        eddies = Eddies.random(seed, rows, speed, period, view, repeating)
         return cls(eddies, wind, clip.height)
 
     def velocity(self, time: float, shape: tuple[int, int]) -> tuple[Plane, Plane]:

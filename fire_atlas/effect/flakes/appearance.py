@@ -129,6 +129,16 @@ class Appearance:
     count: int = 1
     is_even: bool = False
 
+    @property
+    def tiles(self) -> bool:
+        """Whether flakes that leave the frame at one side enter at the other."""
+        return self.view is not None and self.view.camera.tiles
+
+    def columns(self, x: Column, count: int, side: int = 1) -> NDArray[np.intp]:
+        """Return in which of ``count`` columns, each ``side`` px wide, flakes at ``x``, px, are."""
+        x = np.mod(x, self.kappa.shape[1]) if self.tiles else x
+        return np.clip((x / side).astype(np.intp), 0, count - 1)
+
 
 @dataclass(frozen=True, slots=True)
 class _FixedLook:
@@ -218,7 +228,7 @@ def track_rows(
         (
             state,
             factor.take(state.id & (_FLICKERS - 1))
-            * _seen_in(look.glare[i % len(look.glare)], look.cell, state)
+            * _seen_in(look.glare[i % len(look.glare)], state, look)
             * _shown(state, i, embers, look),
         )
         for i, (state, factor) in enumerate(zip(moving, flickers, strict=False))
@@ -267,11 +277,13 @@ def _shown(state: ParticleState, i: int, embers: _FixedLook, look: Appearance) -
     return (~hidden).astype(np.float64)
 
 
-def _seen_in(glare: NDArray[np.uint8], cell: int, state: ParticleState) -> NDArray[np.float64]:
+def _seen_in(
+    glare: NDArray[np.uint8], state: ParticleState, look: Appearance
+) -> NDArray[np.float64]:
     """Return which part of its light is seen of each flake in the ``glare`` of the flame."""
     rows, columns = glare.shape
-    row = np.clip((state.y / cell).astype(np.intp), 0, rows - 1)
-    column = np.clip((state.x / cell).astype(np.intp), 0, columns - 1)
+    row = np.clip((state.y / look.cell).astype(np.intp), 0, rows - 1)
+    column = look.columns(state.x, columns, look.cell)
     shown = decode_unit(as_plane(glare[row, column] / 255))
     lost = (shown - _GLARE[0]) / (_GLARE[1] - _GLARE[0])
     return 1 - smooth_step(lost.astype(np.float64))
@@ -318,7 +330,7 @@ def _table(
     height, width = look.kappa.shape
     weight = look.kappa[
         np.clip(state.y.astype(np.intp), 0, height - 1),
-        np.clip(state.x.astype(np.intp), 0, width - 1),
+        look.columns(state.x, width),
     ]
     light = light_over_life(state.age / life, embers.held.take(ids)) * factor
     streak = travel * _exposed(state, np.where(kind == SPARK, 1.0, weight), look)
@@ -345,7 +357,7 @@ def _table(
         is_soft = look.art is None and look.texture is None
         halo = size * HALO_WIDTH if is_soft else size
         half_length = (size * (stretch - 1) + halo) / 2
-        light = light * _border_fade(state, half_length, travel, height, width)
+        light = light * _border_fade(state, half_length, travel, look)
     full = (_FULL_SPEED_OF_PAPER if look.is_even else _FULL_SPEED) * height
     colour = colour_by_speed(state.smoothed_speed / full, look.colours) * embers.light.take(ids)
     # Each column is contiguous in memory, because tables are read by column.
@@ -379,14 +391,16 @@ def _border_fade(
     state: ParticleState,
     half_length: NDArray[np.float64],
     travel: NDArray[np.float64],
-    height: int,
-    width: int,
+    look: Appearance,
 ) -> NDArray[np.float64]:
     """Factor by which sprites fade near the frame's border: 0 at the border, 1 inside the strip.
 
-    Sprites extend ``half_length`` px from their centre and move ``travel`` px per frame.
+    Sprites extend ``half_length`` px from their centre and move ``travel`` px per frame. The sides
+    of a tile are no border.
     """
-    gap = np.minimum.reduce([state.x, state.y, width - state.x, height - state.y])
+    height, width = look.kappa.shape
+    sides = [] if look.tiles else [state.x, width - state.x]
+    gap = np.minimum.reduce([state.y, height - state.y, *sides])
     gap -= np.minimum(half_length, _MAX_HALF_LENGTH * min(height, width))
     strip = np.maximum(travel * _BORDER_FRAMES, _BORDER * height)
     return smooth_step(np.asarray(gap / strip, np.float64))

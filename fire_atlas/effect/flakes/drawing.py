@@ -7,7 +7,7 @@ and faint ones are drawn at a lower resolution, at which they look the same.
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import cv2
@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 from fire_atlas.core.pixels import as_plane
 from fire_atlas.effect.flakes.layer import FAINTEST, FlakeLight, in_few_planes, ranges
 from fire_atlas.effect.flakes.texture import TextureCells, draw_textured
-from fire_atlas.effect.flakes.tracks import by_column
+from fire_atlas.effect.flakes.tracks import COLUMNS, by_column
 from fire_atlas.vision.pixel_grid import PixelGrid
+from fire_atlas.vision.warp import between_copies
 
 Column = NDArray[np.float64]
 Single = NDArray[np.float32]
@@ -67,6 +68,9 @@ Such streaks are clipped to the frame at once; small ones only after all pixels 
 _GLOW_SIGMA = 0.018
 """Width (σ) of the glow that a recipe asks for, heights."""
 
+_GLOW_REACH = 4.0
+"""Distance at which a Gaussian has ended, standard deviations."""
+
 
 def drawn_width(width: Column, art: PixelGrid | None) -> Column:
     """Return the width, px, at which sprites are drawn: one or two pixels of ``art``; None: soft.
@@ -85,6 +89,8 @@ def draw_frame(
     hard: bool,
     texture: TextureCells | None = None,
     cells: NDArray[np.int64] | None = None,
+    *,
+    tiles: bool = False,
 ) -> FlakeLight:
     """Draw the flakes of one frame: soft streaks, ``hard`` squares, or cells of a texture.
 
@@ -94,10 +100,36 @@ def draw_frame(
         hard: Whether flakes are squares.
         texture: The picture that they show instead.
         cells: (flakes,), the cell of the texture that each shows.
+        tiles: Whether what leaves the frame at one side enters at the other.
     """
+    if tiles:
+        return _draw_tile(rows, height, width, hard, texture, cells)
     if texture is not None and cells is not None:
         return draw_textured(rows, cells, texture, height, width)
     return (draw_pixels if hard else draw_flakes)(rows, height, width)
+
+
+def _draw_tile(
+    rows: Column,
+    height: int,
+    width: int,
+    hard: bool,
+    texture: TextureCells | None,
+    cells: NDArray[np.int64] | None,
+) -> FlakeLight:
+    """Draw the flakes of a frame that lies between copies of itself, of which it shows some too."""
+    column = by_column(rows)
+    # Lower resolutions than the frame's are less exact near its border.
+    margin = math.ceil(2 * column["size"].max(initial=0))
+    reach = margin + column["size"] * (column["stretch"] + HALO_WIDTH)
+    flake, copy = ranges(
+        np.ceil((-reach - column["x"]) / width), np.floor((width + reach - column["x"]) / width)
+    )
+    copies = rows[flake]
+    copies[:, COLUMNS.index("x")] += copy * width + margin
+    shown = None if cells is None else cells[flake]
+    light = draw_frame(copies, height, width + 2 * margin, hard, texture, shown)
+    return replace(light, planes=light.planes[:, :, margin : margin + width].copy())
 
 
 def draw_flakes(rows: Column, height: int, width: int) -> FlakeLight:
@@ -153,23 +185,26 @@ def draw_pixels(rows: Column, height: int, width: int) -> FlakeLight:
     return FlakeLight(planes.reshape(3, height, width), np.eye(3, dtype=np.float32))
 
 
-def add_glow(light: FlakeLight, share: float, fades: bool) -> FlakeLight:
+def add_glow(light: FlakeLight, share: float, fades: bool, *, tiles: bool = False) -> FlakeLight:
     """Add a soft glow, ``share`` times as bright as the layer, to a flake layer.
 
-    A glow that ``fades`` becomes 0 at the border of the frame.
+    A glow that ``fades`` becomes 0 at the border of the frame. If the layer ``tiles``, it goes on
+    from side to side.
     """
     _, height, width = light.planes.shape
     sigma = _GLOW_SIGMA * height
     down, across = (
-        np.clip(np.minimum(np.arange(n), np.arange(n)[::-1]) / (2 * sigma), 0, 1) if fades
+        np.clip(np.minimum(np.arange(n), np.arange(n)[::-1]) / (2 * sigma), 0, 1) if ends
         else np.ones(n)
-        for n in (height, width)
+        for n, ends in ((height, fades), (width, fades and not tiles))
     )  # fmt: skip
     inside = as_plane(share * np.multiply.outer(down, across))
-    glowing = [
-        plane + inside * cv2.GaussianBlur(plane, (0, 0), sigma, borderType=cv2.BORDER_CONSTANT)
-        for plane in light.planes
-    ]
+    margin = math.ceil(_GLOW_REACH * sigma) if tiles else 0
+    own, glowing = slice(margin, margin + width), []
+    for plane in light.planes:
+        around = between_copies(plane, margin)
+        glow = cv2.GaussianBlur(around, (0, 0), sigma, borderType=cv2.BORDER_CONSTANT)
+        glowing.append(plane + inside * glow[:, own])
     return FlakeLight(np.stack(glowing), light.colours)
 
 

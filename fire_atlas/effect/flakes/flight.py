@@ -63,6 +63,7 @@ class FlightSettings:
         max_alive: Maximum number of flakes alive at once.
         width, height: Frame size, px; flakes that have left the frame are removed.
         views: The views of a fire with depth: flakes are removed that have left all their frames.
+            They do not leave a tile by its sides, but fly on over its copies.
         own_motion: Factor of an ember's velocity relative to the field.
     """
 
@@ -97,7 +98,7 @@ class FlightField:
         """Return the field at ``time`` s."""
         planes = self.front.interpolated(time)
         side = None if self.side is None else self.side.interpolated(time)
-        return _FieldSampler(planes, side, self.axis, self.front.cell)
+        return _FieldSampler(planes, side, self.axis, self.front.cell, self.front.tiles)
 
 
 def fly(
@@ -124,12 +125,14 @@ def fly(
 @dataclass(frozen=True, slots=True)
 class _FieldSampler:
     """The field at one moment: planes (rows, columns, 3) are u, v (px/s), brightness (0..1) of each
-    ``cell`` px, as seen from the front and, if the fire has depth, from its right side."""
+    ``cell`` px, as seen from the front, which may be a tile, and, if the fire has depth, from its
+    right side."""
 
     front: NDArray[np.float32]
     side: NDArray[np.float32] | None
     axis: float
     cell: int
+    tiles: bool
 
     def at(self, x: Column, y: Column, z: Column) -> tuple[Column, Column, Column, Column]:
         """Return u, v, w (px/s, right, down, towards the viewer) and brightness, (flakes,) each.
@@ -137,20 +140,22 @@ class _FieldSampler:
         Each view shows the mean of what lies behind one another. So u is that of the front, w that
         of the side, and v the mean of both. A flake is in the flame if it is in both views.
         """
-        u, v, brightness = self._sampled(self.front, x, y)
+        u, v, brightness = self._sampled(self.front, x, y, tiles=self.tiles)
         if self.side is None:
             return u, v, np.zeros_like(u), brightness
         away, also, seen = self._sampled(self.side, self.axis - z, y)
         return u, (v + also) / 2, -away, np.minimum(brightness, seen)
 
-    def _sampled(self, planes: NDArray[np.float32], x: Column, y: Column) -> Column:
+    def _sampled(
+        self, planes: NDArray[np.float32], x: Column, y: Column, *, tiles: bool = False
+    ) -> Column:
         """Return the planes, (3, flakes), at places in px: bilinear between cell centres, continued
-        outside by the border's values."""
+        outside by the border's values; of a tile, by its copies."""
         map_x, map_y = (as_plane(c / self.cell - 0.5)[:, None] for c in (x, y))
         found = np.empty((len(x), 3))
         for start in range(0, len(x), _REMAP_LIMIT):
             part = slice(start, start + _REMAP_LIMIT)
-            found[part] = sample_at(planes, map_x[part], map_y[part])[:, 0]
+            found[part] = sample_at(planes, map_x[part], map_y[part], tiles=tiles)[:, 0]
         return np.ascontiguousarray(found.T)
 
 
@@ -316,6 +321,8 @@ class _FlightModel:
     def _is_seen(self, state: ParticleState, size: Column, view: FlakeView) -> NDArray[np.bool_]:
         """Return which flakes, of a ``size`` in px of the front, are in the frame of a view."""
         seen = view.seen(state)
+        if view.camera.tiles:
+            seen = replace(seen, x=np.mod(seen.x, view.camera.width))
         return self._is_inside(seen, size * view.magnification(seen.z), view.size)
 
     def _is_inside(

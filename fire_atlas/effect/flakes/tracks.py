@@ -78,6 +78,8 @@ class Tracks:
     parts of it in one frame; the flake then changes its id on the way, so that no id is in a frame
     twice (``fold_into_loop``). Rows of one flake therefore share a flight, not always an id.
 
+    Flakes of a fire that tiles fly on beyond the sides of the frame, over the tiles beside it.
+
     Attributes:
         fps: Frames per second of the animation.
         width, height: Frame size, px.
@@ -153,6 +155,11 @@ class Tracks:
             tuple(np.split(flights, ends)), tuple(np.split(since_first, ends)), rounds=rounds,
             texture=texture, camera=camera,
         )  # fmt: skip
+
+    @property
+    def tiles(self) -> bool:
+        """Whether flakes that fly on beyond a side of the frame enter at the other."""
+        return self.camera is not None and self.camera.tiles
 
     @property
     def columns(self) -> tuple[str, ...]:

@@ -90,6 +90,7 @@ def _camera(camera: Camera) -> dict[str, Any]:
         "elevation": plain(math.degrees(camera.elevation), 6),
         "origin": [plain(place, 3) for place in camera.origin],
         "distance": None if math.isinf(away) else plain(away, 3),
+        "tiles": camera.tiles,
     }
 
 
@@ -108,6 +109,7 @@ def _camera_of(document: dict[str, Any], width: int, height: int) -> Camera | No
         (x, y),
         1.0,
         math.inf if away is None else number(away, 1, _MAX_NUMBER),
+        bool(stated["tiles"]),
     )
 
 

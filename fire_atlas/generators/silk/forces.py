@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.chance import RandomStream, generator
+from fire_atlas.core.noise import in_whole_cycles
 from fire_atlas.effect.field.wind import LEVEL_SPEED, wind_velocity
 from fire_atlas.generators.silk.controls import Controls
 from fire_atlas.generators.silk.fuel import Fuel
@@ -58,15 +59,18 @@ class _SwayWaves:
     along: NDArray[np.float64]
 
     @classmethod
-    def random(cls, chance: np.random.Generator) -> Self:
-        """Return waves of 0.25 to 1.6 Hz."""
+    def random(cls, chance: np.random.Generator, period: float | None) -> Self:
+        """Return waves of 0.25 to 1.6 Hz, which repeat to the right after ``period``, heights."""
         phase = chance.uniform(0, 2 * np.pi, _WAVES)
         frequency = 2 * np.pi * np.exp(chance.uniform(np.log(0.25), np.log(1.6), _WAVES))
         heading = chance.uniform(0, 2 * np.pi, _WAVES)
         shortest, longest = np.log(_SWAY_WAVELENGTHS)
         number = 2 * np.pi / np.exp(chance.uniform(shortest, longest, _WAVES))
         way = chance.uniform(0, 2 * np.pi, _WAVES)
-        return cls(phase, frequency, heading, number * np.stack([np.cos(way), np.sin(way)]))
+        along = number * np.stack([np.cos(way), np.sin(way)])
+        if period is not None:
+            along[0] = in_whole_cycles(along[0], period)
+        return cls(phase, frequency, heading, along)
 
     def velocity(self, time: float, x: Vectors) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return the velocity right and away (sheets, rows, 1) of the air at the middle of each row
@@ -126,10 +130,11 @@ class SheetForces:
         controls: Controls,
         mass: float,
         seed: int,
+        period: float | None = None,
     ) -> Self:
         """Return the forces on sheets whose nodes rest at ``rest`` and that burn ``fuels``.
 
-        ``mass`` is a multiple of the fuels'.
+        ``mass`` is a multiple of the fuels'. Sheets of a tile repeat after ``period``, heights.
         """
 
         def per_sheet(value: Callable[[Fuel], float]) -> NDArray[np.float64]:
@@ -164,7 +169,7 @@ class SheetForces:
             column_phase=2 * np.pi * across * along,
             # A minimum, because a wave at rest would bend its sheet to one side all the time.
             flutter_frequency=2 * np.pi * np.maximum(hertz, _MIN_FLUTTER),
-            sway_waves=_SwayWaves.random(chance),
+            sway_waves=_SwayWaves.random(chance, period),
             flutter=per_sheet(lambda fuel: fuel.flutter),
         )
 

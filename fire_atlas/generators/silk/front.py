@@ -7,7 +7,7 @@ the density falls there (as volumes are shaded: Drebin, Carpenter & Hanrahan 198
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import cv2
@@ -54,6 +54,9 @@ _EMPTY = 1e-2
 _SPREAD = 4.0
 """Standard deviation, in blurs, with which fronts are continued where there is no fire."""
 
+
+_REACH = 0.5
+"""Distance beyond the sides of a tile that has a part in its front, frame heights."""
 
 _LEVEL = 0.02
 """Weight of a level front, where others are continued."""
@@ -109,6 +112,8 @@ def front_surface_of(points: PointCloud, camera: Camera) -> tuple[FrontSurface, 
 
     Around it the front is continued, until it is level, at depth 0.
     """
+    if camera.tiles:
+        return _front_of_tile(points, camera)
     grid = _density(points, camera)
     total = grid.density.sum(axis=2)
     if not total.any():
@@ -122,6 +127,19 @@ def front_surface_of(points: PointCloud, camera: Camera) -> tuple[FrontSurface, 
     return FrontSurface(as_plane(shown[..., 3]), _unit(as_plane(shown[..., :3]))), shown[
         ..., 4
     ] > 0.5
+
+
+def _front_of_tile(points: PointCloud, camera: Camera) -> tuple[FrontSurface, NDArray[np.bool_]]:
+    """Return the front of a fire whose frame lies between copies of itself."""
+    width, margin = camera.width, math.ceil(_REACH * camera.height)
+    around = replace(camera, width=width + 2 * margin, tiles=False)
+    first = np.mod(points.place[:, 0] + margin, width)
+    copies = -(-around.width // width)
+    place = np.tile(points.place, (copies, 1))
+    place[:, 0] = (first + width * np.arange(copies)[:, None]).ravel()
+    surface, is_fire = front_surface_of(PointCloud(place, np.tile(points.weight, copies)), around)
+    own = slice(margin, margin + width)
+    return FrontSurface(surface.depth[:, own], surface.normal[:, own]), is_fire[:, own]
 
 
 def _fronts(grid: _Grid, total: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -62,10 +62,11 @@ class Fragments:
     attributes: NDArray[np.float32]
 
 
-def rasterise(triangles: Triangles, width: int, height: int) -> Fragments:
+def rasterise(triangles: Triangles, width: int, height: int, *, tiles: bool = False) -> Fragments:
     """Find every pixel of a ``width`` by ``height`` target whose middle lies in a triangle.
 
-    A middle on an edge that two triangles share belongs to exactly one of them.
+    A middle on an edge that two triangles share belongs to exactly one of them. What lies beyond a
+    side of a target that ``tiles`` is found at the other.
     """
     order = np.argsort(triangles.position[:, :, 1], axis=1, kind="stable")[..., None]
     corner = np.take_along_axis(triangles.position, order, axis=1)
@@ -82,8 +83,9 @@ def rasterise(triangles: Triangles, width: int, height: int) -> Fragments:
     owner, row = _runs(first, last - first)
     at = row.astype(np.float64) + 0.5
     long, short = _crossings(corner, owner, at)
-    left = np.clip(np.ceil(np.minimum(long, short) - 0.5), 0, width).astype(np.intp)
-    right = np.clip(np.ceil(np.maximum(long, short) - 0.5), 0, width).astype(np.intp)
+    sides = (-np.inf, np.inf) if tiles else (0, width)
+    left = np.clip(np.ceil(np.minimum(long, short) - 0.5), *sides).astype(np.intp)
+    right = np.clip(np.ceil(np.maximum(long, short) - 0.5), *sides).astype(np.intp)
     filled = right > left
     owner, row, left, right = (values[filled] for values in (owner, row, left, right))
     at = at[filled]
@@ -98,6 +100,8 @@ def rasterise(triangles: Triangles, width: int, height: int) -> Fragments:
         begin = value[:, 0, k][owner] + dx[:, k][owner] * over + dy[:, k][owner] * down
         np.multiply(dx[:, k].astype(np.float32)[owner][span], step, out=attribute)
         attribute += begin.astype(np.float32)[span]
+    if tiles:
+        column %= width
     return Fragments(row[span] * width + column, attributes.T)
 
 

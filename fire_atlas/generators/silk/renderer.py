@@ -198,7 +198,8 @@ class SilkRenderer:
             light += raster.accumulate(flame.pixel, flame.light * passed, width, height)
         glow = np.zeros_like(light)
         if self.glow:
-            glow = scattered(light, camera.scale * _SUPERSAMPLING, self.glow)
+            scale = camera.scale * _SUPERSAMPLING
+            glow = scattered(light, scale, self.glow, tiles=camera.tiles)
         if intruders.is_empty:
             return _SeenLight(light, np.zeros_like(light), glow, np.zeros_like(light[..., 0]))
         total = light.sum(axis=(0, 1), dtype=np.float64) / (camera.scale * _SUPERSAMPLING) ** 2
@@ -270,7 +271,7 @@ class SilkRenderer:
             tangents = along / steps[0][..., None], down / steps[1][..., None]
             attributes = np.concatenate([texel, opacity[..., None], velocity, *tangents], axis=-1)
             triangles = raster.mesh_triangles(position, attributes)
-            fragments = raster.rasterise(triangles, width, height)
+            fragments = raster.rasterise(triangles, width, height, tiles=camera.tiles)
             a = fragments.attributes
             found = raster.sample_texture(self.textures.motion(i, sheets), a)
             weight = found[:, 0] * a[:, 2]
@@ -296,6 +297,7 @@ class SilkRenderer:
         if not len(pixel):
             return np.zeros(len(x))
         drawn, first = np.unique(pixel, return_index=True)
+        x = np.mod(x, width) if camera.tiles else x
         column, row = (
             np.clip(place, 0, size - 1).astype(np.intp) for place, size in ((x, width), (y, height))
         )
@@ -320,7 +322,8 @@ class SilkRenderer:
         texel = self.textures.texel_grid(sheets, *opacity.shape[1:3])
         attributes = np.concatenate([texel, opacity[..., None], projected[..., 2:]], axis=-1)
         triangles = cull_dark(raster.mesh_triangles(projected[..., :2], attributes), texture)
-        seen = raster.rasterise(triangles, camera.width, camera.height)
+        size = camera.width, camera.height
+        seen = raster.rasterise(triangles, *size, tiles=camera.tiles)
         found = raster.sample_texture(texture, seen.attributes)[:, :3].max(axis=1)
         light = found * seen.attributes[:, 2]
         is_bright = light > _MAX_DARK
@@ -374,7 +377,8 @@ class SilkRenderer:
         hiding = opacity[..., None] * density
         attributes = np.concatenate([texel, shown, hiding, projected[..., 2:]], axis=-1)
         triangles = raster.mesh_triangles(projected[..., :2] * _SUPERSAMPLING, attributes)
-        fragments = raster.rasterise(cull_dark(triangles, texture), width, height)
+        lit = cull_dark(triangles, texture)
+        fragments = raster.rasterise(lit, width, height, tiles=camera.tiles)
         found = raster.sample_texture(texture, fragments.attributes) * fragments.attributes[:, 2:6]
         depth = fragments.attributes[:, 6]
         if not intruders.is_empty:
@@ -478,6 +482,7 @@ class SilkView:
     def hidden(self, index: int, x: Values, y: Values, z: Values) -> NDArray[np.bool_]:
         """Return which places are behind or inside an intruder; see ``FireInDepth``."""
         scene = self.renderer.scene
+        x = np.mod(x, self.camera.width) if self.camera.tiles else x
         surface = surface_depth(scene.intruders, index / scene.fps, self.camera, x, y)
         return np.asarray(surface < z / -self.camera.scale)
 
@@ -569,4 +574,5 @@ def silk_camera(
         origin=(source.width / 2, source.height * (1 - source.foot)),
         scale=float(source.height),
         distance=math.inf if distance is None else distance,
+        tiles=source.tile_width is not None,
     )

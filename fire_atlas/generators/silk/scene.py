@@ -128,6 +128,8 @@ def build_scene(
         RecipeError: It needs more nodes or time steps than are allowed.
     """
     intruders = tuple(IntruderBody.of(intruder) for intruder in source.intruders)
+    if source.tile_width is not None:
+        _check_inside(intruders, source.tile_width)
     sheets = _place_sheets(source, intruders, masks, seed)
     for i, body in enumerate(intruders):
         if body.ignites:
@@ -147,7 +149,7 @@ def build_scene(
     placements = [sheet.placement for sheet in sheets]
     model = build_model(placements, source.rows, source.columns, _elasticities(source, fuels))
     controls = Controls.of(source)
-    forces = SheetForces.of(model.rest, fuels, wind, controls, source.mass, seed)
+    forces = SheetForces.of(model.rest, fuels, wind, controls, source.mass, seed, source.tile_width)
     drag = float((forces.drag[..., 0] / forces.mass).max())
     limit = StepLimit.of(model, drag, max(controls.pressure.values))
     dt, steps = _time_step(source, limit, fps)
@@ -194,6 +196,22 @@ def check_loop(scene: SilkScene, duration: float) -> None:
                 f"is elsewhere after {duration:g} s, when the loop starts again, so it would jump; "
                 f"add a keyframe that brings it back to its start by then, or play once with "
                 f"timeline.loop: none",
+                key=("source", "intruders", i),
+            )
+
+
+def _check_inside(intruders: Sequence[IntruderBody], width: float) -> None:
+    """Check that what is drawn stands inside a tile of a ``width``, heights.
+
+    Raises:
+        RecipeError: The next tile would cut it off.
+    """
+    for i, body in enumerate(intruders):
+        ends = np.stack([body.ends(float(time)) for time in body.times])
+        if body.visible and np.abs(ends[..., 0]).max() + body.radius > width / 2:
+            raise RecipeError(
+                f"crosses a side of the tile, where its neighbour would cut it off; keep all of it "
+                f"between x = {-width / 2:g} and {width / 2:g}",
                 key=("source", "intruders", i),
             )
 
@@ -262,6 +280,8 @@ def _place_sheets(
     for fire, entry in enumerate(source.arrangements):
         fuel = entry.fuel or source.fuel
         if isinstance(entry, Arrangement):
+            if entry.tile:
+                entry = entry.model_copy(update={"spread": source.tile_width})
             carrier = entry.on if isinstance(entry.on, int) else -1
             bases = None
             if carrier >= 0:

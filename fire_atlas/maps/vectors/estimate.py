@@ -12,7 +12,7 @@ from fire_atlas.core.workers import Workers
 from fire_atlas.maps.vectors.cells import PAD, PAD_SHARE, cell_vectors
 from fire_atlas.maps.vectors.cross_validation import ValidationReport, cross_validate
 from fire_atlas.maps.vectors.encoding import MotionEncoding
-from fire_atlas.maps.vectors.flow import StepMotion, step_motion
+from fire_atlas.maps.vectors.flow import StepMotion, Vectors, step_motion
 from fire_atlas.maps.vectors.held_out import hold_out, reliability
 
 _SCALE_PERCENTILE = 99.5
@@ -29,6 +29,7 @@ class Motion:
             per frame.
         longest: Maximum length of vectors along x and along y, px per frame, without outliers.
         validation: Result of the cross-validation; None if the animation is too short for it.
+        tiles: Whether the right side of a frame joins its left one.
     """
 
     width: int
@@ -36,10 +37,12 @@ class Motion:
     cells: tuple[NDArray[np.float16], ...]
     longest: tuple[float, float]
     validation: ValidationReport | None
+    tiles: bool = False
 
     def frames(self) -> "list[FrameVectors]":
         """Return the frames, in playing order."""
-        return [FrameVectors(cell, self.width, self.height) for cell in self.cells]
+        size = self.width, self.height
+        return [FrameVectors(cell, *size, tiles=self.tiles) for cell in self.cells]
 
 
 class FrameVectors(NamedTuple):
@@ -51,6 +54,8 @@ class FrameVectors(NamedTuple):
     """Width of the part of the frame that they cover, px."""
     height: int
     """Height of that part, px."""
+    tiles: bool = False
+    """Whether its right side joins its left one."""
 
 
 def estimate_motion(
@@ -61,6 +66,7 @@ def estimate_motion(
     encoding: MotionEncoding,
     workers: Workers,
     advance: Callable[[], None],
+    margin: int = 0,
 ) -> Motion:
     """Return the motion of an animation; all vectors are 0 if they do not help on held-out frames.
 
@@ -73,13 +79,14 @@ def estimate_motion(
         encoding: How the engine encodes vectors, for the validation.
         workers: Estimate motion in parallel.
         advance: Called once per frame, to show progress.
+        margin: Columns at both sides of the pictures that are beyond the frame, of a tile.
     """
-    height, width = pictures[0].shape[:2]
-    count = len(pictures)
+    height, columns = pictures[0].shape[:2]
+    width, count = columns - 2 * margin, len(pictures)
     pad = max(PAD, PAD_SHARE * max(size)) * max(width / size[0], height / size[1])
     held_out = hold_out(pictures, skipped, loop, pad, workers)
     validation = cross_validate(held_out, encoding)
-    reliable = reliability(held_out, (height, width))
+    reliable = reliability(held_out, (height, columns))
     if validation is None or not validation.helps:
         reliable[:] = 0
     unit = np.array([size[0] / width, size[1] / height], np.float32)
@@ -90,10 +97,24 @@ def estimate_motion(
             return np.zeros((height, width, 2), np.float16)
         before = steps[i - 1]  # for the first frame the last step, which is None in a one-shot
         near = pictures[i if before is None else i - 1], pictures[i], pictures[(i + 1) % count]
-        return (cell_vectors((before, steps[i]), near, reliable, pad) * unit).astype(np.float16)
+        vectors = cell_vectors((before, steps[i]), near, reliable, pad)
+        return (_joined(vectors, margin) * unit).astype(np.float16)
 
     cells = tuple(workers.map(cell, range(count)))
-    return Motion(*size, cells, longest_of(cells), validation)
+    return Motion(*size, cells, longest_of(cells), validation, tiles=margin > 0)
+
+
+def _joined(vectors: Vectors, margin: int) -> Vectors:
+    """Return vectors (h, w, 2) without the ``margin`` at both sides, which copies what is inside:
+    near its sides each is mixed with its copy, as no two estimates are alike."""
+    width = vectors.shape[1] - 2 * margin
+    around, near = margin + width, min(margin, width // 2)
+    inside = vectors[:, margin:around].copy()
+    share = np.linspace(0.5, 0, near, dtype=np.float32)[:, None]
+    inside[:, :near] += share * (vectors[:, around : around + near] - inside[:, :near])
+    last = width - near
+    inside[:, last:] += share[::-1] * (vectors[:, margin - near : margin] - inside[:, last:])
+    return inside
 
 
 def _steps(

@@ -129,7 +129,7 @@ def _owned(region: Region, extrude: int) -> Rect:
 def _vectors(frame: "FrameVectors", region: Region, place: Rect, scale: float) -> Vectors:
     """Return the vectors at the pixels of ``place`` on the page, in px of the page per frame.
 
-    Outside the frame they are those at its edge.
+    Outside the frame they are those at its edge; beside a tile, those of the next one.
     """
     small = frame.cells.astype(np.float32)
     height, width = small.shape[:2]
@@ -139,7 +139,7 @@ def _vectors(frame: "FrameVectors", region: Region, place: Rect, scale: float) -
         x * np.float32(width / (scale * frame.width)) - np.float32(0.5),
         y * np.float32(height / (scale * frame.height)) - np.float32(0.5),
     )
-    return as_plane(sample_at(small, column, row) * np.float32(scale))
+    return as_plane(sample_at(small, column, row, tiles=frame.tiles) * np.float32(scale))
 
 
 def _shortened(vectors: Vectors, place: Rect, frame: Rect) -> Vectors:

@@ -1,8 +1,6 @@
 """Let the flakes of a fire with depth fly, once for all its views."""
 
-import math
 from collections.abc import Iterable
-from dataclasses import replace
 
 from fire_atlas.core.camera import Camera
 from fire_atlas.core.clip import Clip, depth_of, kept
@@ -44,8 +42,7 @@ def fly_in_depth(
         front = clip
         if depth.front != depth.camera:
             front, study = prepare(recipe, seen_by(depth.front), False, context)
-        right = replace(depth.front, azimuth=math.pi / 2)
-        side, side_study = prepare(recipe, seen_by(right), False, context)
+        side, side_study = prepare(recipe, seen_by(depth.front.from_the_right()), False, context)
     with timer.measure("analyse"):
         analysis = analyse(front, study, recipe, context)
         wind = wind_in_view(recipe.wind, azimuth=90.0)

@@ -115,7 +115,15 @@ def layers_of(i: int, simulated: SimulatedClip, recipe: Recipe) -> Layers:
     if tracks is None or flakes == "none" or not is_needed:
         return layers
     cells = tracks.texture.cells[i] if tracks.texture is not None else None
-    light = draw(flakes, tracks.frames[i], clip.height, clip.width, simulated.texture, cells)
+    light = draw(
+        flakes,
+        tracks.frames[i],
+        clip.height,
+        clip.width,
+        simulated.texture,
+        cells,
+        tiles=clip.tiles,
+    )
     return replace(layers, flakes=light, bakes=recipe.bakes_flakes)
 
 
@@ -160,7 +168,7 @@ def flame_of(i: int, picture: Picture, simulated: SimulatedClip, recipe: Recipe)
     field = analysis.field
     return blur_along(
         as_light(picture), field.u[i], field.v[i], field.cell, simulated.study.kappa,
-        blur.exaggeration * blur.shutter / clip.fps, blur.samples,
+        blur.exaggeration * blur.shutter / clip.fps, blur.samples, tiles=field.tiles,
     )  # fmt: skip
 
 
@@ -171,6 +179,8 @@ def draw(
     width: int,
     texture: TextureCells | None = None,
     cells: NDArray[np.int64] | None = None,
+    *,
+    tiles: bool = False,
 ) -> FlakeLight:
     """Return the flake layer of one frame, drawn as the recipe states.
 
@@ -180,12 +190,13 @@ def draw(
         height, width: Size of the frame, px.
         texture: What flakes are drawn with; None for streaks and squares.
         cells: (flakes,), the cell of the texture that each shows.
+        tiles: Whether what leaves the frame at one side enters at the other.
     """
-    light = draw_frame(rows, height, width, flakes.sprite == "pixel", texture, cells)
-    glows = flakes.glow > 0 and flakes.sprite != "pixel"
-    if not glows:
+    is_hard = flakes.sprite == "pixel"
+    light = draw_frame(rows, height, width, is_hard, texture, cells, tiles=tiles)
+    if is_hard or not flakes.glow:
         return light
-    glowing = add_glow(light, flakes.glow, flakes.edge == "fade")
+    glowing = add_glow(light, flakes.glow, flakes.edge == "fade", tiles=tiles)
     return replace(glowing, planes=np.stack([_dithered(plane) for plane in glowing.planes]))
 
 

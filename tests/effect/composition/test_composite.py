@@ -134,6 +134,21 @@ def test_a_uniform_blur_is_a_box_along_the_motion() -> None:
     assert row[:24].max() == 0 and row[37:].max() == 0
 
 
+def test_blur_carries_what_leaves_a_tile_in_at_the_other_side() -> None:
+    chance = np.random.default_rng(4)
+    pixels = chance.random((32, 64, 4), np.float32)
+    u, v = chance.normal(0, 300, (2, 8, 16)).astype(np.float32)
+    kappa = np.ones((32, 64), np.float32)
+
+    def blurred(columns: int) -> NDArray[np.float32]:
+        right, down = (np.roll(plane, columns // 4, axis=1) for plane in (u, v))
+        moved = np.roll(pixels, columns, axis=1)
+        return blur_along(moved, right, down, 4, kappa, 1 / 24, 9, tiles=True)
+
+    assert np.abs(blurred(0) - pixels).max() > 0.2
+    assert np.abs(np.roll(blurred(0), 20, axis=1) - blurred(20)).max() < 1e-3
+
+
 def test_kappa_zero_does_not_blur() -> None:
     pixels = np.random.default_rng(2).random((16, 16, 4), np.float32)
     field = np.full((4, 4), 500.0, np.float32)

@@ -1,6 +1,7 @@
 """The terms of equation 12 against analytic solutions."""
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -132,3 +133,33 @@ def test_eddies_of_one_wave_match_the_formula() -> None:
     wave = math.sin(0.3 * 4 + 0.4 * 3 + 0.5 + 2.0 * 1.5) * 7.0
     assert u[3, 4] == pytest.approx(wave * 0.4 / 0.5, rel=1e-4)
     assert v[3, 4] == pytest.approx(-wave * 0.3 / 0.5, rel=1e-4)
+
+
+def test_the_sides_of_a_tile_are_open_to_one_another() -> None:
+    """Whatever acts on a field that tiles, acts on it alike wherever it begins."""
+    chance = np.random.default_rng(5)
+    u, v, heat = (chance.normal(0, 30, SHAPE).astype(np.float32) for _ in range(3))
+
+    def around(plane: Plane) -> Plane:
+        return np.roll(plane, 31, axis=1)
+
+    field = BuoyancyField(u, v, heat)
+    aside = BuoyancyField(around(u), around(v), around(heat))
+    terms: tuple[Callable[[BuoyancyField], BuoyancyField], ...] = (
+        lambda state: advect(state, 0.5, 4, tiles=True),
+        lambda state: diffuse(state, 40.0, 0.5, 2, tiles=True),
+        lambda state: BuoyancyField(*project(state.u, state.v, tiles=True), state.heat),
+    )
+    for term in terms:
+        for name in ("u", "v", "heat"):
+            one, other = getattr(term(field), name), getattr(term(aside), name)
+            assert np.abs(around(one) - other).max() < 1e-3 * np.abs(one).max()
+    smooth = diffuse(field, 40.0, 0.5, 2, tiles=True)
+    free = project(smooth.u, smooth.v, tiles=True)
+    assert _divergence(*free) < 0.1 * _divergence(smooth.u, smooth.v)
+
+
+def test_eddies_of_a_tile_go_on_over_its_sides() -> None:
+    u, v = Eddies.random(3, 60, 30.0, columns=80).velocity(0.7, (60, 240))
+    for plane in (u, v):
+        assert np.abs(plane[:, :160] - plane[:, 80:]).max() < 0.1 < plane.std()

@@ -13,10 +13,13 @@ from fire_atlas.effect.flakes.drawing import (
     HALO_LIGHT,
     HALO_WIDTH,
     SPRITE_INTEGRAL,
+    add_glow,
     draw_flakes,
+    draw_frame,
     draw_pixels,
 )
 from fire_atlas.effect.flakes.layer import FAINTEST
+from fire_atlas.effect.flakes.texture import TextureCells
 from fire_atlas.effect.flakes.tracks import COLUMNS
 
 Light = NDArray[np.float64]
@@ -185,3 +188,29 @@ def test_no_flakes_is_black() -> None:
     nothing = np.empty((0, len(COLUMNS)))
     assert not draw_flakes(nothing, 5, 7).rgb().any()
     assert not draw_pixels(nothing, 5, 7).rgb().any()
+
+
+@pytest.mark.parametrize("kind", ["soft", "hard", "textured"])
+def test_what_of_a_flake_is_beyond_a_side_of_a_tile_is_drawn_at_the_other(kind: str) -> None:
+    chance = np.random.default_rng(6)
+    sizes = [2.0, 6.0, 40.0, 4.0, 9.0]
+    places = [0.4, 95.0, 3.3, 96.0 + 50, -960.0 + 94]
+    rows = np.concatenate([
+        row(x=x, size=size, stretch=stretch, rotation=angle, tail=0.5)
+        for x, size, stretch, angle in zip(
+            places, sizes, [1, 3, 1, 40, 2], [0, 0.3, 1, 0, -0.6], strict=True
+        )
+    ])  # fmt: skip
+    texture = TextureCells(chance.random((2, 5, 8, 1), np.float32), over_life=False)
+    cells = np.array([0, 1, 0, 1, 0]) if kind == "textured" else None
+
+    def drawn(right: float) -> Light:
+        moved = rows.copy()
+        moved[:, COLUMNS.index("x")] += right
+        shown = texture if kind == "textured" else None
+        light = draw_frame(moved, 80, 96, kind == "hard", shown, cells, tiles=True)
+        return add_glow(light, 0.5, fades=True, tiles=True).rgb().astype(float)
+
+    inside = np.roll(drawn(-48.0), 48, axis=1)
+    assert np.abs(inside[:, [0, -1]]).max() > 0.5
+    assert np.abs(drawn(0.0) - inside).max() < 2 * FAINTEST

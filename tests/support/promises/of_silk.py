@@ -262,6 +262,7 @@ def _of_silk(
 
 BLOWN = {"wind": {"level": 3}}
 ARRANGED = {"source": {"sheets": {"arrangement": "crossed", "count": 5, "height": 0.9}}}
+LINE = {"source": {"sheets": {"arrangement": "line", "count": 9, "width": 0.3}}}
 RING = {"source": {"sheets": {"arrangement": "ring", "count": 9, "width": 0.2, "height": 0.5}}}
 JET = {
     "source": {
@@ -376,6 +377,14 @@ PROMISES_OF_SILK = (
     _of_silk("source.sheets.width", "Width of a sheet, heights", WIDTH, 0.15, 0.5, needs=ARRANGED),
     _of_silk("source.sheets.height", "Height of a sheet, heights", TOP, 0.4, 0.9, needs=ARRANGED),
     _of_silk("source.sheets.spread", "the radius (``ring``)", WIDTH, 0.1, 0.3, needs=RING),
+    _of_silk(
+        "source.sheets.tile",
+        "The line is as long as the frame is wide",
+        WIDTH,
+        False,
+        True,
+        needs=LINE,
+    ),
     _of_silk(
         "source.sheets.at",
         "of the middle of the arrangement on the ground",
