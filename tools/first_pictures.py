@@ -1,4 +1,5 @@
-"""Make the moving pictures at the top of the README: ``python -m tools.first_pictures [FOLDER]``.
+"""Make the moving pictures at the top of the README and the wall of docs/silk.md:
+``python -m tools.first_pictures [FOLDER]``.
 
 Each shows ready recipes of 24 frames a second, built into FOLDER (default: a temporary one), over a
 dark ground.
@@ -26,10 +27,12 @@ SQUARES = (
     "flame_jet", "burning_crate", "campfire_above", "ground_fire", "fireball", "endless_candle",
 )  # fmt: skip
 RAMPS = ("soul", "poison", "copper", "gas")
+TILES = 3
+"""How many frames of `fire_wall` stand side by side."""
 
 _FRAMES, _FPS = 24, 24
 _GROUND = (16, 16, 20)
-_BANNER_HEIGHT, _SQUARE, _RAMP_HEIGHT = 300, 208, 260
+_BANNER_HEIGHT, _SQUARE, _RAMP_HEIGHT, _WALL_HEIGHT = 300, 208, 260, 128
 _GAP = 6
 
 Film = list[NDArray[np.uint8]]
@@ -37,13 +40,15 @@ Film = list[NDArray[np.uint8]]
 
 
 def draw() -> None:
-    """Write docs/banner.webp, docs/squares.webp and docs/ramps.webp."""
+    """Write docs/banner.webp, squares.webp, ramps.webp and fire_wall.webp."""
     fires = [_fitted(film, _BANNER_HEIGHT) for name in BANNER for film in _films(name).values()]
     _save("banner", fires)
     squares = [_square(film) for name in SQUARES for film in _films(name).values()]
     _save("squares", squares)
     films = _films("soul_fire")
     _save("ramps", [_fitted(films[name], _RAMP_HEIGHT) for name in RAMPS])
+    (wall,) = _films("fire_wall").values()
+    _save("fire_wall", [_fitted(wall, _WALL_HEIGHT)] * TILES, gap=0)
 
 
 def _films(name: str) -> dict[str, Film]:
@@ -88,13 +93,13 @@ def _square(film: Film) -> Film:
     return found
 
 
-def _save(name: str, films: Sequence[Film]) -> None:
-    """Write films side by side as a WebP that loops."""
+def _save(name: str, films: Sequence[Film], gap: int = _GAP) -> None:
+    """Write films side by side, ``gap`` px apart, as a WebP that loops."""
     frames = []
     for i in range(_FRAMES):
         parts = [film[i % len(film)] for film in films]
-        gap = np.full((parts[0].shape[0], _GAP, 3), _GROUND, np.uint8)
-        row = [piece for part in parts for piece in (part, gap)][:-1]
+        ground = np.full((parts[0].shape[0], gap, 3), _GROUND, np.uint8)
+        row = [piece for part in parts for piece in (part, ground)][:-1]
         frames.append(Image.fromarray(np.hstack(row)))
     frames[0].save(
         DOCS / f"{name}.webp", save_all=True, append_images=frames[1:],
