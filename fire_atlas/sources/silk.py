@@ -1,6 +1,6 @@
 """Source ``silk``: simulated cloths of fire, rendered as a clip for each view."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from fire_atlas.core.camera import Camera
 from fire_atlas.core.clip import Clip, cached
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.fire_in_wind import FireInWind, WindChange, change_shares
@@ -25,7 +26,7 @@ from fire_atlas.generators.silk.renderer import (
 from fire_atlas.generators.silk.scene import Mask
 from fire_atlas.generators.silk.sheet_textures import check_texture
 from fire_atlas.recipe.problem import KeyPath
-from fire_atlas.recipe.silk import SilkSource, Texture
+from fire_atlas.recipe.silk import Arrangement, SilkSource, Texture
 from fire_atlas.recipe.source import FramesSource
 from fire_atlas.sources import matte
 from fire_atlas.sources.frames import Footage, examine_frames, open_frames
@@ -40,6 +41,12 @@ _SHAPES_ALIKE = 0.02
 
 _BURNS = 0.5
 """Opacity, or light, of a mask from which on something burns there."""
+
+_END_ON = np.cos(np.radians(20))
+"""Cosine of the angle between a jet and a line of sight from which on hardly anything is seen."""
+
+_OBLIQUE = np.cos(np.radians(50))
+"""Cosine of the angle between a mask's normal and a line of sight, below which its fire is thin."""
 
 
 def open_silk(
@@ -66,14 +73,10 @@ def open_silk(
     footage = None if texture is None else open_frames(*_footage(texture, context))
     masks = _read_masks(source, files, context)
     renderer = generate_silk(source, generation, footage, masks)
-    views = generation.views
-    cameras = [
-        silk_camera(source, azimuth, views.elevation, views.distance)
-        for azimuth in generation.azimuths()
-    ]
+    cameras = _cameras(source, generation)
     seen = [SilkView(renderer, camera, _luminance_matte(context)) for camera in cameras]
-    inputs = _inputs(footage, files)
-    return [_clip(view, generation, inputs, context) for view in seen]
+    inputs, notes = _inputs(footage, files), tuple(_thin_views(source, cameras))
+    return [replace(_clip(view, generation, inputs, context), notes=notes) for view in seen]
 
 
 def open_silk_in_wind(
@@ -166,8 +169,49 @@ def examine_silk(
         (source.width, source.height),
         generation.fps,
         True,
-        footage.notes if footage else (),
+        (
+            *(footage.notes if footage else ()),
+            *_thin_views(source, _cameras(source, generation)),
+        ),
     )
+
+
+def _cameras(source: SilkSource, generation: GenerationSettings) -> list[Camera]:
+    """Return the camera of each view."""
+    views = generation.views
+    return [
+        silk_camera(source, azimuth, views.elevation, views.distance)
+        for azimuth in generation.azimuths()
+    ]
+
+
+def _thin_views(source: SilkSource, cameras: Sequence[Camera]) -> Iterator[str]:
+    """Yield notes on views in which hardly anything of an arrangement is seen."""
+    away = np.array([camera.axes()[2] for camera in cameras])
+    for i, entry in enumerate(source.arrangements):
+        if not isinstance(entry, Arrangement):
+            continue
+        key = f"source.sheets.{i}" if isinstance(source.sheets, tuple) else "source.sheets"
+        if entry.direction is not None:
+            is_end_on = np.abs(away @ entry.direction) > _END_ON * np.linalg.norm(entry.direction)
+            if is_end_on.any():
+                yield (
+                    f"{key}: seen from its end{_in_views(is_end_on)} a jet is next to nothing, as "
+                    "its sheets are lines there; change its direction, or views.elevation"
+                )
+        elif isinstance(entry.on, str) and entry.on != "none":
+            is_thin = np.abs(away[:, 1]) < _OBLIQUE
+            if is_thin.any():
+                yield (
+                    f"{key}: what burns on a mask is as flat as it, and thin"
+                    f"{_in_views(is_thin)}; what burns on an intruder (on: 0) has depth"
+                )
+
+
+def _in_views(chosen: NDArray[np.bool_]) -> str:
+    """Return the names of ``chosen`` views (count,) as the end of a clause; none if all are."""
+    names = [f"view_{k}" for k in np.flatnonzero(chosen)]
+    return "" if chosen.all() else f" in {', '.join(names)}"
 
 
 def _footage(texture: Path, context: OpeningContext) -> tuple[FramesSource, Path, OpeningContext]:

@@ -215,6 +215,43 @@ def test_a_mask_burns_where_it_is_opaque_and_another_one_is_another_fire(tmp_pat
     assert frames[0]["torch.png"] != frames[1]["torch.png"]
 
 
+@pytest.mark.parametrize(
+    ("sheets", "note"),
+    [
+        (
+            {"arrangement": "jet", "direction": [2, 0, 0], "count": 4},
+            "source.sheets: seen from its end in view_1, view_3 a jet is next to nothing",
+        ),
+        (
+            [{"width": 0.01, "height": 0.01}, {"on": "crate.png", "count": 24, "width": 0.1}],
+            "source.sheets.1: what burns on a mask is as flat as it, and thin in view_1, view_3",
+        ),
+    ],
+    ids=["jet", "mask"],
+)
+def test_views_that_show_hardly_anything_are_noted(
+    sheets: Any, note: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    masked(tmp_path, (192, 256), (24, 120, 168, 200))
+    keys = {**SILK, "width": 96, "height": 128, "sheets": sheets}
+    path = recipe(tmp_path, keys, flakes="none", views={"count": 4})
+    assert main(["check", str(path)]) == 0
+    assert note in capsys.readouterr().err
+    assert main(["build", str(path), "-o", str(tmp_path / "out")]) == 0
+    assert note in capsys.readouterr().err
+    page = np.asarray(Image.open(tmp_path / "out/torch.png"))[..., 3]
+    light = dict.fromkeys((f"view_{k}" for k in range(4)), 0)
+    atlas = json.loads((tmp_path / "out/torch.json").read_text())
+    for name, frame in atlas["frames"].items():
+        box = frame["frame"]
+        shown = page[box["y"] : box["y"] + box["h"], box["x"] : box["x"] + box["w"]]
+        light[name.split("/")[1]] += int((shown > 50).sum())
+    assert max(light["view_1"], light["view_3"]) < 0.5 * min(light["view_0"], light["view_2"])
+    path = recipe(tmp_path, keys, flakes="none", views={"count": 2})
+    assert main(["build", str(path), "-o", str(tmp_path / "out")]) == 0
+    assert "view_1" not in capsys.readouterr().err
+
+
 def test_each_kind_of_source_is_refused_the_keys_of_the_other(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
