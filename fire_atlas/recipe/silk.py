@@ -292,7 +292,7 @@ def _frame(stated: dict[str, Any]) -> tuple[int, int]:
 class SilkSource(Settings):
     """Fire without a clip: simulated sheets of silk, seen from any side."""
 
-    kind: Literal["silk"]
+    kind: Literal["silk"] = "silk"
     """Fire simulated by sheets of springs."""
     size: FrameSize | None = None
     """Length of a frame's longer side: ``draft`` 192 px, ``game`` 384 px, ``hero`` 512 px. Default:

@@ -292,7 +292,7 @@ class _SeenBody:
         start, change = self.camera.rays(x, y)
         radius = np.full(np.shape(x), self.body.radius)
         hit = _intersect(self.body, self.ends, radius, start, change)
-        if self.body.shape in ("log", "wrap"):
+        if self.body.is_rough:
             for _ in range(_RELIEF_STEPS):
                 found = np.isfinite(hit.depth)
                 position = start[found] + hit.depth[found][:, None] * change[found]

@@ -84,6 +84,11 @@ class IntruderBody:
         """Whether its ends are flat; it extends equally far both ways. Other ends are round."""
         return self.shape in _CYLINDERS
 
+    @property
+    def is_rough(self) -> bool:
+        """Whether its radius varies over it: a log has furrows, a wrap turns of cloth."""
+        return self.shape in ("log", "wrap")
+
     def position(self, time: float) -> NDArray[np.float64]:
         """Return the position (3,) at ``time`` s, eased in and out between keyframes."""
         if time <= self.times[0]:

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-import yaml
 
 from fire_atlas.atlas.sheet import Region
 from fire_atlas.cli import main
@@ -16,6 +15,9 @@ from fire_atlas.formats.atlas.texture_packer import AtlasFile, read_atlas
 from fire_atlas.formats.output_names import animation_stem, flakes_file
 from fire_atlas.preview.blend import blend
 from fire_atlas.preview.cut_frames import cut_frames
+from fire_atlas.recipe.load import load_tree
+from fire_atlas.recipe.silk import SilkSource
+from fire_atlas.recipe.tree import read_tree
 from tests.engines.godot.test_flakes import assert_near_tracks
 from tests.support.godot4 import Godot4, picture
 
@@ -101,7 +103,7 @@ def moments(tracks: Any) -> list[float]:
 def test_a_ready_recipe_is_played_as_it_was_built(
     recipe: Path, godot4: Godot4, tmp_path: Path
 ) -> None:
-    is_silk = yaml.safe_load(recipe.read_text())["source"].get("kind") == "silk"
+    is_silk = isinstance(load_tree(read_tree(recipe)).recipe.source, SilkSource)
     # Their frames are slow to make; a few small ones show as much.
     settings = ["timeline.frames=6", "source.size=draft"] if is_silk else []
     if recipe.stem == "windy_torch":
