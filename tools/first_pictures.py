@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from fire_atlas.cli import main
+from fire_atlas.core.shipped import shipped
 from fire_atlas.formats.atlas.texture_packer import read_atlas
 from fire_atlas.preview.blend import blend
 from fire_atlas.preview.cut_frames import cut_frames
@@ -26,6 +27,8 @@ BANNER = ("bonfire", "silk_campfire", "fire_ring", "blue_flame", "silk_torch")
 SQUARES = (
     "flame_jet", "burning_crate", "campfire_above", "ground_fire", "fireball", "endless_candle",
 )  # fmt: skip
+BEHIND = {"burning_crate": "crate.png"}
+"""Of a fire that is drawn over a picture: that sample."""
 RAMPS = ("soul", "poison", "copper", "gas")
 TILES = 3
 """How many frames of `fire_wall` stand side by side."""
@@ -61,15 +64,24 @@ def _films(name: str) -> dict[str, Film]:
     chosen = [word for setting in settings for word in ("--set", setting)]
     assert main(["build", f"{name}.yaml", "-q", *chosen]) == 0
     atlas = read_atlas(Path("build") / f"{name}.json")
-    sheet = atlas.sheet
+    sheet, frames = atlas.sheet, list(cut_frames(atlas))
+    behind = _behind(BEHIND[name], frames[0]) if name in BEHIND else _GROUND
     shown = {
-        frame.name: blend(pixels, _GROUND, sheet.alpha, sheet.blend_space)
-        for frame, pixels in zip(atlas.frames, cut_frames(atlas), strict=True)
+        frame.name: blend(pixels, behind, sheet.alpha, sheet.blend_space)
+        for frame, pixels in zip(atlas.frames, frames, strict=True)
     }
     return {
         animation.name.rpartition("/")[2]: [shown[frame] for frame in animation.frames]
         for animation in sheet.animations
     }
+
+
+def _behind(sample: str, frame: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return a sample as large as a ``frame``, over the ground."""
+    size = frame.shape[1], frame.shape[0]
+    with Image.open(shipped("samples") / sample) as image:
+        picture = np.asarray(image.convert("RGBA").resize(size, Image.Resampling.LANCZOS))
+    return blend(picture, _GROUND, "straight", "srgb")
 
 
 def _fitted(film: Film, height: int) -> Film:

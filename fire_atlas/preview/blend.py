@@ -6,7 +6,9 @@ from numpy.typing import NDArray
 from fire_atlas.core.pixels import Bytes, Pixels, decode_bytes, encode_bytes
 
 
-def blend(frame: Bytes, background: tuple[int, int, int], alpha: str, blend_space: str) -> Bytes:
+def blend(
+    frame: Bytes, background: tuple[int, int, int] | Bytes, alpha: str, blend_space: str
+) -> Bytes:
     """Return a frame blended over a background, (H, W, 3) uint8 sRGB.
 
     Straight: rgb·a + bg·(1 − a). Premultiplied: rgb + bg·(1 − a). Additive: rgb + bg. In ``srgb``
@@ -14,11 +16,11 @@ def blend(frame: Bytes, background: tuple[int, int, int], alpha: str, blend_spac
 
     Args:
         frame: (H, W, 4) uint8 RGBA, as stored in the page.
-        background: sRGB, 0..255.
+        background: A colour, or a picture (H, W, 3), sRGB, 0..255.
         alpha: ``straight``, ``premultiplied`` or ``additive``.
         blend_space: ``srgb`` or ``linear``.
     """
-    behind = np.array(background, np.uint8).reshape(1, 1, 3)
+    behind = np.array(background, np.uint8, ndmin=3)
     if blend_space == "linear":
         light = _over(decode_bytes(frame[..., :3]), frame, decode_bytes(behind), alpha)
         return encode_bytes(light)
