@@ -116,7 +116,8 @@ def _clip(
 ) -> Clip:
     """Return the clip of a view, which knows what stands in its fire."""
     clip = rendered_clip(view, generation, context.blend_space, inputs)
-    return replace(clip, solids=cached(view.solids, range(clip.count)))
+    solids = cached(view.solids, range(clip.count))
+    return replace(clip, solids=solids, solid_cover=view.solid_cover)
 
 
 def _change(
@@ -139,6 +140,7 @@ def _change(
         count=count,
         picture=lambda k: view().frame((start + 1 + k) % frames),
         solids=lambda k: view().solids((start + 1 + k) % frames),
+        solid_cover=lambda k: view().solid_cover((start + 1 + k) % frames),
         loop=False,
         flow=None,
     )

@@ -22,7 +22,7 @@ from fire_atlas.core.pixels import REC709, Plane, as_plane, light_added
 SKY_LUMINANCE = {"srgb": 0.88, "linear": 0.68}
 """Luminance of a bright sky, in the encoding in which a client blends."""
 
-THIN, DENSE = 0.25, 0.6
+THIN, DENSE = 0.25, 1.0
 """Coverage F up to which fire is thin, and from which on it hides as much as it covers."""
 
 _ROUNDING = np.float32(1.5 / 255)

@@ -118,7 +118,7 @@ FUELS: dict[FuelName, Fuel] = {
                       grain=0.0, ragged=0.0, mixing=0.0, foot_heat=1.0,
                       widening_height=0.32),
         ramp=("#d85008", "#ff9424", "#ffcc68", "#fff0c4"), white_hot="#ffffff", blue_light=0.3,
-        brightness=7.2, contrast=0.6, soot=2.0, temperature=1900.0,
+        brightness=3.8, contrast=0.6, soot=2.0, temperature=1900.0,
     ),
     "gas": Fuel(
         mass=1.0, structural=40.0, shear=14.0, bending=6.0, damping=6.0,

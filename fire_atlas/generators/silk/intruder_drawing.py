@@ -184,6 +184,18 @@ def draw_intruders(
     return buffers
 
 
+def intruder_coverage(
+    bodies: Sequence[IntruderBody], time: float, camera: Camera, samples: int
+) -> Plane:
+    """Return ``IntruderBuffers.coverage`` of the visible ``bodies`` at ``time`` s."""
+    coverage = np.zeros((camera.height * samples, camera.width * samples), np.float32)
+    for i, body in enumerate(bodies):
+        outline = _outline(body, i, _moment(body, time), camera, samples) if body.visible else None
+        if outline is not None:
+            np.maximum(coverage[outline.box], outline.share, out=coverage[outline.box])
+    return coverage
+
+
 def surface_depth(
     bodies: Sequence[IntruderBody], time: float, camera: Camera, x: Points, y: Points
 ) -> Points:
@@ -207,7 +219,7 @@ def _draw(
     hearth: Hearth,
 ) -> None:
     """Draw the body ``number`` at ``time`` s, where it is in front of those drawn before."""
-    outline = _outline(body, number, time if len(body.times) > 1 else 0.0, camera, samples)
+    outline = _outline(body, number, _moment(body, time), camera, samples)
     if outline is None:
         return
     box, share, hit, position = outline.box, outline.share, outline.hit, outline.position
@@ -355,6 +367,11 @@ class _Outline:
     share: Plane
     hit: _Hit
     position: Points
+
+
+def _moment(body: IntruderBody, time: float) -> float:
+    """Return the time, s, at which a body was first where it is at ``time``, if it rests."""
+    return time if len(body.times) > 1 else 0.0
 
 
 @lru_cache(maxsize=32)  # what rests is where it was in the frame before

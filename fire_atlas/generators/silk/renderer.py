@@ -25,6 +25,7 @@ from fire_atlas.generators.silk.intruder_drawing import (
     Hearth,
     IntruderBuffers,
     draw_intruders,
+    intruder_coverage,
     surface_depth,
 )
 from fire_atlas.generators.silk.mechanics import lengths, normals, refined
@@ -45,8 +46,8 @@ from fire_atlas.generators.silk.sheet_textures import (
 from fire_atlas.generators.silk.simulation import Recording, blended, simulate
 from fire_atlas.recipe.silk import SilkSource
 
-_SUPERSAMPLING = 2
-"""Samples per pixel along each axis."""
+_SAMPLES = 2
+"""Samples per pixel along each axis, where pictures are shown."""
 
 _BATCH = 16
 """Number of sheets drawn at once, which limits memory."""
@@ -95,7 +96,7 @@ class SilkFrame:
 
 @dataclass(frozen=True, slots=True)
 class _SeenLight:
-    """What a camera sees, with ``_SUPERSAMPLING`` samples per pixel, before it is exposed.
+    """What a camera sees, sample by sample, before it is exposed.
 
     Attributes:
         flame: (h, w, 3) light of the flames.
@@ -140,6 +141,7 @@ class SilkRenderer:
         ignition: Which sheets and objects burn.
         frames: Number of frames.
         glow: Part of the flame's light that is scattered around it.
+        samples: Samples per pixel along each axis.
     """
 
     scene: SilkScene
@@ -148,6 +150,7 @@ class SilkRenderer:
     ignition: Ignition
     frames: int
     glow: float
+    samples: int = _SAMPLES
 
     def draw(self, i: int, camera: Camera) -> SilkFrame:
         """Draw frame ``i`` as seen by ``camera``. In a loop, frame ``frames`` equals frame 0."""
@@ -178,12 +181,17 @@ class SilkRenderer:
         shown[whole] = expose(_averaged(seen.solid + seen.glow, camera))[whole]
         return SilkFrame(shown, coverage)
 
+    def solid_cover(self, i: int, camera: Camera) -> Plane:
+        """Return the coverage (height, width) of what stands in the fire in frame ``i``."""
+        intruders, time = self.scene.intruders, i / self.scene.fps
+        return _averaged(intruder_coverage(intruders, time, camera, self.samples), camera)
+
     def _seen(self, i: int, camera: Camera) -> _SeenLight:
         """Return what ``camera`` sees of the flames and of what stands in them in frame ``i``."""
-        width, height = camera.width * _SUPERSAMPLING, camera.height * _SUPERSAMPLING
+        width, height = camera.width * self.samples, camera.height * self.samples
         time = i / self.scene.fps
         intruders = draw_intruders(
-            self.scene.intruders, time, camera, _SUPERSAMPLING, self._hearth(i)
+            self.scene.intruders, time, camera, self.samples, self._hearth(i)
         )
         light = np.zeros((height, width, 3), np.float32)
         medium = raster.Medium(height * width)
@@ -198,11 +206,11 @@ class SilkRenderer:
             light += raster.accumulate(flame.pixel, flame.light * passed, width, height)
         glow = np.zeros_like(light)
         if self.glow:
-            scale = camera.scale * _SUPERSAMPLING
+            scale = camera.scale * self.samples
             glow = scattered(light, scale, self.glow, tiles=camera.tiles)
         if intruders.is_empty:
             return _SeenLight(light, np.zeros_like(light), glow, np.zeros_like(light[..., 0]))
-        total = light.sum(axis=(0, 1), dtype=np.float64) / (camera.scale * _SUPERSAMPLING) ** 2
+        total = light.sum(axis=(0, 1), dtype=np.float64) / (camera.scale * self.samples) ** 2
         lights = [(total * share, place) for share, place in self._fires(i, camera)]
         passed = np.exp(-medium.thickness).astype(np.float32).reshape(height, width, 1)
         return _SeenLight(light, intruders.lit_by(lights) * passed, glow, intruders.coverage)
@@ -210,9 +218,9 @@ class SilkRenderer:
     def smoke(self, i: int, camera: Camera) -> Plane:
         """Return the share of light (height, width), 0..1, that soot keeps back in frame ``i``: of
         an optical depth τ of all sheets, 1 − exp(−τ)."""
-        width, height = camera.width * _SUPERSAMPLING, camera.height * _SUPERSAMPLING
+        width, height = camera.width * self.samples, camera.height * self.samples
         intruders = draw_intruders(
-            self.scene.intruders, i / self.scene.fps, camera, _SUPERSAMPLING, self._hearth(i)
+            self.scene.intruders, i / self.scene.fps, camera, self.samples, self._hearth(i)
         )
         thickness = np.zeros((height, width, 1), np.float32)
         for sheets in self._batches():
@@ -367,8 +375,8 @@ class SilkRenderer:
     def _flame(
         self, i: int, sheets: slice, camera: Camera, intruders: IntruderBuffers
     ) -> _FlameFragments:
-        """Return what ``sheets`` add to a picture with ``_SUPERSAMPLING`` samples per pixel."""
-        width, height = camera.width * _SUPERSAMPLING, camera.height * _SUPERSAMPLING
+        """Return what ``sheets`` add to the samples of a picture."""
+        width, height = camera.width * self.samples, camera.height * self.samples
         texture = self.textures.light(i, sheets)
         projected, opacity = self.project_nodes(i, sheets, camera)
         texel = self.textures.texel_grid(sheets, *opacity.shape[1:3])
@@ -376,7 +384,7 @@ class SilkRenderer:
         shown = opacity[..., None] ** self.textures.opacity_exponents(sheets) * density
         hiding = opacity[..., None] * density
         attributes = np.concatenate([texel, shown, hiding, projected[..., 2:]], axis=-1)
-        triangles = raster.mesh_triangles(projected[..., :2] * _SUPERSAMPLING, attributes)
+        triangles = raster.mesh_triangles(projected[..., :2] * self.samples, attributes)
         lit = cull_dark(triangles, texture)
         fragments = raster.rasterise(lit, width, height, tiles=camera.tiles)
         found = raster.sample_texture(texture, fragments.attributes) * fragments.attributes[:, 2:6]
@@ -472,8 +480,8 @@ class SilkView:
         return self.camera.from_the_front()
 
     def seen_by(self, camera: Camera) -> "SilkView":
-        """Return the same fire seen by another camera."""
-        return replace(self, camera=camera)
+        """Return the same fire seen by another camera, in less time: one sample of each pixel."""
+        return replace(self, renderer=replace(self.renderer, samples=1), camera=camera)
 
     def fire_depth(self, index: int, x: Values, y: Values, share: Values) -> Values:
         """Return the depth at which fire burns behind places, px; see ``FireInDepth``."""
@@ -498,6 +506,10 @@ class SilkView:
         """Return the light and coverage (height, width, 4) of what stands in the fire."""
         solid = self.renderer.solids(index, self.camera)
         return np.dstack([solid.light, solid.coverage])
+
+    def solid_cover(self, index: int) -> Plane:
+        """Return that coverage (height, width) alone."""
+        return self.renderer.solid_cover(index, self.camera)
 
 
 def generate_silk(

@@ -13,7 +13,7 @@ from fire_atlas.core.clip import Clip, FrontSurface, depth_of
 from fire_atlas.core.context import BuildContext
 from fire_atlas.core.dither import dithered
 from fire_atlas.core.picture import Picture, as_light
-from fire_atlas.core.pixels import LIGHT_STEPS, Pixels, Plane, as_plane, as_steps, expose
+from fire_atlas.core.pixels import LIGHT_STEPS, Pixels, Plane, as_steps, expose
 from fire_atlas.effect.composition.blur import blur_along
 from fire_atlas.effect.composition.composite import VISIBLE_LIGHT, compose, emitted
 from fire_atlas.effect.composition.cover import FireOverSmoke, hidden_by_coverage, thin_cover
@@ -151,8 +151,8 @@ def _hidden(i: int, flame: Picture, simulated: SimulatedClip, recipe: Recipe) ->
     clip, atlas = simulated.clip, recipe.atlas
     if not atlas.thins or simulated.is_drawn or clip.matte == "none":
         return None
-    if clip.solids is not None:
-        return as_plane(clip.solids(i)[..., 3])
+    if clip.solid_cover is not None:
+        return clip.solid_cover(i)
     if clip.matte == "alpha" and not recipe.maps.smoke:
         return hidden_by_smoke(flame, atlas.blend_space)
     if clip.matte == "luminance" and clip.flow is None:

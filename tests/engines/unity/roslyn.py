@@ -48,7 +48,7 @@ class Roslyn:
              *(str(libraries / name) for name in ("mscorlib.dll", "System.dll", "System.Core.dll")),
              *map(str, sources)],
             env={**os.environ, "FIRE_ATLAS_NODE_MODULES": str(node_modules())},
-            capture_output=True, text=True, check=False, timeout=120,
+            capture_output=True, text=True, check=False, timeout=240,
         )  # fmt: skip
         assert done.returncode == 0, done.stdout + done.stderr
         as_7, as_9 = done.stdout.removeprefix("7.3\n").split("9.0\n")
