@@ -14,5 +14,5 @@ def hidden_by_light(
     coverage = np.asarray(needed, np.float64)
     left = (np.asarray(luminance) / 0.88 - behind) / max(1 - behind, 1e-6)
     thin = np.maximum(coverage**2, np.minimum(coverage, left))
-    dense = np.clip((coverage - 0.25) / 0.35, 0, 1)
+    dense = np.clip((coverage - 0.25) / 0.75, 0, 1)
     return np.asarray(thin + (coverage - thin) * dense**2 * (3 - 2 * dense) * (1 - behind))

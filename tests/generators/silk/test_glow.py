@@ -26,7 +26,7 @@ def test_the_glow_of_a_point_is_the_sum_of_three_gaussians() -> None:
 
 def test_a_glow_surrounds_the_flame_and_ends_within_the_frame() -> None:
     keys: dict[str, Any] = {"fuel": "candle", "sheets": {"count": 5}}
-    plain, glowing = (fire(4, glow=glow, **keys).draw(1, camera()).light for glow in (0.0, 0.05))
+    plain, glowing = (fire(4, glow=glow, **keys).draw(1, camera()).light for glow in (0.0, 0.1))
     row = 50
     lit = np.flatnonzero(plain[row].max(axis=-1) > 0.2)
     beside = glowing[row, lit.max() + 5 :].max(axis=-1)
