@@ -104,8 +104,10 @@ class FluidSource(SizedFrame):
     @property
     def way(self) -> tuple[float, float, float]:
         """The direction of the gas, a unit vector; up by default."""
-        x, y, z = _WAYS[self.direction] if isinstance(self.direction, str) else (
-            self.direction or _WAYS["up"]
+        x, y, z = (
+            _WAYS[self.direction]
+            if isinstance(self.direction, str)
+            else (self.direction or _WAYS["up"])
         )
         length = math.sqrt(x * x + y * y + z * z)
         return (x / length, y / length, z / length)

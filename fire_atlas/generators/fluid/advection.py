@@ -44,7 +44,7 @@ class Carried(NamedTuple):
 
 
 def places(grid: Grid, x: Field, y: Field, z: Field) -> _Places:
-    """Return places at columns, rows and layers x, y, z, each (n, rows, columns), held in the grid."""
+    """Return places at columns, rows and layers x, y, z, each (n, rows, columns), held inside."""
     layers, rows, columns = grid.shape
     x, y, z = (
         np.minimum(np.maximum(at, 0), np.float32(length - 1))

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fire_atlas.core.pixels import as_plane
 from fire_atlas.core.workers import Workers
 from fire_atlas.generators.fluid.grid import Field, Grid
 
@@ -130,5 +131,4 @@ def _mean_around(values: Field, part: slice) -> Field:
         )
         total += inner[ahead]
         total += inner[behind]
-    total *= np.float32(1 / 6)
-    return total
+    return as_plane(total * np.float32(1 / 6))

@@ -1,6 +1,7 @@
 """The ready fires: what each burns, how it moves and looks. All were tuned by eye at 384 px."""
 
-from dataclasses import dataclass, field
+import math
+from dataclasses import dataclass
 
 from fire_atlas.generators.fluid.burners import Burner
 from fire_atlas.generators.fluid.combustion import Chemistry
@@ -53,7 +54,6 @@ class ReadyFire:
         side: Place of its foot from the frame's left edge, widths.
         depth: Depth of the box, heights.
         has_ground: Whether it burns on the ground.
-        kind: What class of fire its flakes are of.
     """
 
     radius: float
@@ -70,7 +70,6 @@ class ReadyFire:
     side: float = 0.5
     depth: float = 0.7
     has_ground: bool = True
-    kind: str = "campfire"
 
 
 def _logs() -> tuple[Burner, ...]:
@@ -97,7 +96,7 @@ def _charge(count: int, reach: float, size: float, life: float) -> tuple[Burner,
         level, turn = (1 - up * up) ** 0.5, 2.399963 * k
         far = reach * (0.55 + 0.45 * ((k * 0.618034) % 1))
         wide = size * (0.75 + 0.5 * ((k * 0.381966 + 0.3) % 1))
-        place = (far * level * _cos(turn), far * level * _cos(turn - 1.570796), far * up)
+        place = (far * level * math.cos(turn), far * level * math.sin(turn), far * up)
         lumps.append(
             Burner(
                 at=place, size=(wide, wide, wide), temperature=1.3, ragged=0.45, pulse=0.0,
@@ -105,12 +104,6 @@ def _charge(count: int, reach: float, size: float, life: float) -> tuple[Burner,
             )
         )  # fmt: skip
     return tuple(lumps)
-
-
-def _cos(angle: float) -> float:
-    from math import cos
-
-    return cos(angle)
 
 
 FIRES: dict[FireName, ReadyFire] = {
@@ -134,7 +127,6 @@ FIRES: dict[FireName, ReadyFire] = {
         foot=0.14,
         depth=0.45,
         has_ground=False,
-        kind="torch",
     ),
     "flamethrower": ReadyFire(
         radius=0.06,
@@ -153,7 +145,6 @@ FIRES: dict[FireName, ReadyFire] = {
         side=0.06,
         depth=0.7,
         has_ground=False,
-        kind="torch",
     ),
     "explosion": ReadyFire(
         radius=0.1,
@@ -207,7 +198,6 @@ FIRES: dict[FireName, ReadyFire] = {
         side=0.1,
         depth=0.7,
         has_ground=False,
-        kind="torch",
     ),
     "smoke": ReadyFire(
         radius=0.11,

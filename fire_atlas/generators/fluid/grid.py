@@ -12,6 +12,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from fire_atlas.core.pixels import as_plane
 from fire_atlas.core.workers import Workers
 
 Field = NDArray[np.float32]
@@ -83,7 +84,7 @@ def slope(values: Field, layers: slice, axis: int) -> Field:
         count = len(values)
         wanted = np.arange(layers.start, layers.stop)
         after = values[np.minimum(wanted + 1, count - 1)]
-        return (after - values[np.maximum(wanted - 1, 0)]) * np.float32(0.5)
+        return as_plane((after - values[np.maximum(wanted - 1, 0)]) * np.float32(0.5))
     part = values[layers]
     found = np.empty_like(part)
     inner, first, second, last, before = (

@@ -29,9 +29,7 @@ class Cycles:
     phase: NDArray[np.float64]
 
     @classmethod
-    def near(
-        cls, rates: tuple[float, ...], period: float, chance: np.random.Generator
-    ) -> Self:
+    def near(cls, rates: tuple[float, ...], period: float, chance: np.random.Generator) -> Self:
         """Draw cycles near ``rates``, 1/s, no two alike where the period has so many."""
         wanted = np.array(rates) * chance.uniform(0.8, 1.25, len(rates))
         cycles = np.maximum(np.rint(wanted * period), 1 + np.arange(len(rates)))

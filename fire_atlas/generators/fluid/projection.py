@@ -1,8 +1,8 @@
 """Keep the flow free of sources: subtract the gradient of the pressure that solves ∇²p = ∇·u − s.
 
 J. Stam, "Stable Fluids" (1999), with the transforms of a box whose sides are open: the pressure is
-zero half a cube outside of them (DST-II), and on solid ground its slope is (DST-IV from the open top
-to the ground). Divergence and gradient are central differences, and what is divided by in the
+zero half a cube outside of them (DST-II), and on solid ground its slope is (DST-IV from the open
+top down). Divergence and gradient are central differences, and what is divided by in the
 transform is their own product, −Σ sin²θ, not that of nearest neighbours: what they measure is gone
 to the last bits, in one pass.
 """

@@ -1,4 +1,4 @@
-"""The fire to simulate, as a recipe describes it: grid, burners, physics, in heights and seconds."""
+"""The fire to simulate, as a recipe describes it: grid, burners and physics, heights, seconds."""
 
 import math
 from dataclasses import dataclass, replace
@@ -103,7 +103,7 @@ class Scene:
 
 
 def plays_once(source: FluidSource) -> bool:
-    """Return whether a fire plays once, however its timeline is: it burns for a while, or blasts."""
+    """Return whether a fire plays once, however its timeline is: it burns out, or blasts."""
     ready = FIRES[source.fire]
     blast = ready.blast if source.blast is None else source.blast
     return source.burning is not None or ready.burning is not None or blast > 0
@@ -254,8 +254,9 @@ def _check_burners(
             )
         if burner.speed / fps > _FASTEST * grid.cell:
             raise RecipeError(
-                f"lets gas leave at {burner.speed:g} heights/s, {burner.speed / fps / grid.cell:.0f}"
-                f" cubes a frame at resolution: {source.resolution}; at most {_FASTEST:.0f} can be "
+                f"lets gas leave at {burner.speed:g} heights/s, "
+                f"{burner.speed / fps / grid.cell:.0f} cubes a frame at "
+                f"resolution: {source.resolution}; at most {_FASTEST:.0f} can be "
                 f"simulated: use {_FASTEST * grid.cell * fps:.1f} or less, a coarser resolution, "
                 "or more timeline.fps",
                 key=("source", "speed"),

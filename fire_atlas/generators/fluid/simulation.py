@@ -103,9 +103,7 @@ class Simulation:
             grid, Carried(velocity, scalars), wind, dt, _SHARPNESS, workers
         )
         burnt, temperature = burn(grid, scalars, scene.chemistry, self._fading, dt, workers)
-        push(
-            grid, velocity, temperature, scene.forces, self._stirring, self.time, dt, workers
-        )
+        push(grid, velocity, temperature, scene.forces, self._stirring, self.time, dt, workers)
         source = smoothed(grid, burnt, workers)
         source *= np.float32(scene.expansion(self.time) / dt)
         self._projection.project(velocity, source, workers)
