@@ -8,7 +8,7 @@ import numpy as np
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.generators.fluid.process import record_apart
-from fire_atlas.generators.fluid.recording import Recording
+from fire_atlas.generators.fluid.recording import FluidRecording
 from fire_atlas.generators.fluid.renderer import FluidView, fluid_camera
 from fire_atlas.generators.fluid.scene import build_scene, plays_once
 from fire_atlas.generators.rendering import rendered_clip
@@ -88,7 +88,7 @@ def _notes(source: FluidSource, generation: GenerationSettings) -> Iterator[str]
         yield f"plays once, as source.{why}: {shown} begins and ends; its last frame is empty"
 
 
-def _of_recording(recording: Recording) -> Iterator[str]:
+def _of_recording(recording: FluidRecording) -> Iterator[str]:
     if recording.repeats is not None:
         led = ", so its end is led to its beginning" if recording.is_led else " and needs no seam"
         yield (

@@ -13,7 +13,7 @@ import numpy as np
 
 from fire_atlas.core.pixels import as_plane
 from fire_atlas.core.workers import Workers
-from fire_atlas.generators.fluid.grid import Field, Grid
+from fire_atlas.generators.fluid.grid import Field, FluidGrid
 from fire_atlas.vision.warp import sample_at
 
 _CORNERS = np.ones((2, 2), np.uint8)
@@ -43,7 +43,7 @@ class Carried(NamedTuple):
     scalars: Field
 
 
-def places(grid: Grid, x: Field, y: Field, z: Field) -> _Places:
+def places(grid: FluidGrid, x: Field, y: Field, z: Field) -> _Places:
     """Return places at columns, rows and layers x, y, z, each (n, rows, columns), held inside."""
     layers, rows, columns = grid.shape
     x, y, z = (
@@ -73,7 +73,7 @@ def look_up(field: Field, at: _Places) -> Field:
 
 
 def mac_cormack(
-    grid: Grid, carried: Carried, wind: Field, dt: float, sharpness: Carried, workers: Workers
+    grid: FluidGrid, carried: Carried, wind: Field, dt: float, sharpness: Carried, workers: Workers
 ) -> Carried:
     """Return both fields after ``dt`` s in the flow of ``carried.velocity`` and the ``wind``.
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from fire_atlas.core.chance import RandomStream, generator
 from fire_atlas.generators.fluid.combustion import FUEL, SMOKE, TEMPERATURE
-from fire_atlas.generators.fluid.grid import Field, Grid
+from fire_atlas.generators.fluid.grid import Field, FluidGrid
 from fire_atlas.generators.fluid.noise import Cycles, scalar_noise
 
 Vector = tuple[float, float, float]
@@ -33,7 +33,7 @@ _EDGE = 2.5
 
 
 @dataclass(frozen=True, slots=True)
-class Burner:
+class FluidBurner:
     """A place where fuel comes out: an ellipsoid with a ragged edge.
 
     Attributes:
@@ -77,7 +77,7 @@ class Feed:
         pulse, turning, flicker: When it swells, turns and flickers.
     """
 
-    burner: Burner
+    burner: FluidBurner
     box: tuple[slice, slice, slice]
     full: Field
     noise: tuple[Field, ...]
@@ -86,7 +86,9 @@ class Feed:
     flicker: Cycles
 
     @classmethod
-    def of(cls, burner: Burner, grid: Grid, period: float, seed: int, number: int) -> Self:
+    def of(
+        cls, burner: FluidBurner, grid: FluidGrid, period: float, seed: int, number: int
+    ) -> Self:
         """Place burner ``number`` of a fire in a grid; what varies repeats with ``period`` s."""
         right, away, up = (
             ((place - middle) / size) ** 2

@@ -11,7 +11,7 @@ from scipy.ndimage import gaussian_filter
 from fire_atlas.core.blackbody import blackbody
 from fire_atlas.core.easing import smooth_step
 from fire_atlas.core.pixels import Plane, as_plane
-from fire_atlas.generators.fluid.combustion import FUEL, SMOKE, TEMPERATURE
+from fire_atlas.generators.fluid.combustion import FUEL, SMOKE, TEMPERATURE, smoothed
 from fire_atlas.generators.fluid.fires import Look
 from fire_atlas.generators.fluid.grid import Field
 
@@ -42,8 +42,13 @@ that of the straight one."""
 _GLOW_REACH = 0.035
 """Standard deviation, heights, of the glow of fire in its smoke; a wider one has twice that."""
 
-_EMPTY = {FUEL: 0.0, TEMPERATURE: 0.02, SMOKE: 0.003}
+_LEAST_FUEL, _LEAST_SMOKE = 1e-3, 2e-3
 """Values up to which nothing is seen of gas."""
+
+_AROUND = 2
+"""Cubes around what is seen of a layer that are drawn too: a bicubic filter reaches them."""
+
+_CUBIC = cv2.INTER_CUBIC
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,48 +90,41 @@ class Painter:
         """Draw gas (layers, rows, columns, 4) into a frame of (height, width) px, from the nearest
         layer to the farthest; ``pitch`` is the size of a cube, px."""
         height, width = size
-        light, smoke = (
-            np.zeros((height, width, 3), np.float32),
-            np.zeros((height, width), np.float32),
-        )
-        box = _filled(gas)
-        if box is None:
-            return SeenGas(light, smoke)
-        gas = gas[box]
-        lit = self.lit_smoke(gas)
-        top, left = (int(part.start * pitch) for part in box[1:])
-        bottom, right = (int(np.ceil(part.stop * pitch)) for part in box[1:])
-        window = slice(top, min(bottom, height)), slice(left, min(right, width))
-        seen, passed, depth = light[window], np.ones_like(smoke[window]), smoke[window]
-        shift = np.array(
-            [
-                [pitch, 0, (box[2].start + 0.5) * pitch - 0.5 - left],
-                [0, pitch, (box[1].start + 0.5) * pitch - 0.5 - top],
-            ]
-        )
-        target = (seen.shape[1], seen.shape[0])
-
-        def enlarged(layer: Field, how: int) -> Field:
-            return as_plane(cv2.warpAffine(layer, shift, target, flags=how))
-
-        for number, layer in enumerate(gas):
-            if all(layer[..., channel].max() <= least for channel, least in _EMPTY.items()):
+        light, passed = np.zeros((height, width, 3), np.float32), np.ones(size, np.float32)
+        depth = np.zeros(size, np.float32)
+        gas = self._without_weave(gas)
+        lit, is_seen = self.lit_smoke(gas), _is_seen(gas)
+        for number in np.flatnonzero(is_seen.any(axis=(1, 2))):
+            part, window, move = _placed(is_seen[number], size, pitch)
+            if not passed[window].size:
                 continue
-            fuel, hot, sooty = cv2.split(enlarged(layer[..., :3], cv2.INTER_CUBIC))
-            shine = self.burning(as_plane(fuel))
-            thick = np.maximum(sooty, 0)
-            thick *= np.float32(self.look.extinction)
-            depth += thick * np.float32(self.cell)
+            target = passed[window].shape[::-1]
+            enlarged = cv2.warpAffine(gas[number][part][..., :3], move, target, flags=_CUBIC)
+            fuel, hot, sooty = (as_plane(channel) for channel in cv2.split(enlarged))
+            shine = self.burning(fuel)
+            thick = np.maximum(sooty, 0) * np.float32(self.look.extinction)
             own = thick + np.float32(self.look.absorption) * shine
             kept = as_plane(cv2.exp(own * np.float32(-self.cell)))
-            share = passed * (1 - kept) / (own + np.float32(1e-6))
-            glow = self.table.take(self._entry(as_plane(fuel), as_plane(hot)), axis=0)
+            share = passed[window] * (1 - kept) / (own + np.float32(1e-6))
+            glow = self.table.take(self._entry(fuel, hot), axis=0)
             glow *= (share * shine)[..., None]
-            seen += glow
+            light[window] += glow
             if lit is not None:
-                seen += enlarged(lit[number], cv2.INTER_LINEAR) * (share * thick)[..., None]
-            passed *= kept
-        return SeenGas(light, smoke)
+                depth[window] += thick * np.float32(self.cell)
+                shown = as_plane(cv2.warpAffine(lit[number][part], move, target))
+                light[window] += shown * (share * thick)[..., None]
+            passed[window] *= kept
+        return SeenGas(light, depth)
+
+    def _without_weave(self, gas: Field) -> Field:
+        """Return gas whose smoke is smooth from cube to cube: edges that are thinner than a cube
+        would be steps, and what no step of the simulation sees a pattern of threads."""
+        sooty = np.ascontiguousarray(gas[..., SMOKE])
+        if not self.look.extinction or sooty.max(initial=0) <= _LEAST_SMOKE:
+            return gas
+        gas = gas.copy()
+        gas[..., SMOKE] = smoothed(sooty, slice(0, len(gas)))
+        return gas
 
     def burning(self, fuel: Plane) -> Plane:
         """Return how much gas burns by its fuel: thin one less, and least where it is whole."""
@@ -152,7 +150,7 @@ class Painter:
 
     def lit_smoke(self, gas: Field) -> NDArray[np.float32] | None:
         """Return the light that smoke scatters, (layers, rows, columns, 3); None without smoke."""
-        if not self.look.extinction or gas[..., SMOKE].max(initial=0) <= _EMPTY[SMOKE]:
+        if not self.look.extinction or gas[..., SMOKE].max(initial=0) <= _LEAST_SMOKE:
             return None
         thickness = gas[..., SMOKE] * np.float32(self.look.extinction * self.cell)
         front, top, left = (_passed(thickness, axis) for axis in range(3))
@@ -208,16 +206,23 @@ def _passed(thickness: Field, axis: int, *, backwards: bool = False) -> Field:
     return np.flip(found, axis) if backwards else found
 
 
-def _filled(gas: Field) -> tuple[slice, slice, slice] | None:
-    """Return the part of gas in which something is seen, with two cubes around it."""
-    seen = np.zeros(gas.shape[:3], bool)
-    for channel, least in _EMPTY.items():
-        seen |= gas[..., channel] > max(least, 1e-4)
-    if not seen.any():
-        return None
-    box = []
-    for axis in range(3):
-        others = tuple(k for k in range(3) if k != axis)
-        places = np.flatnonzero(seen.any(axis=others))
-        box.append(slice(max(0, int(places[0]) - 2), int(places[-1]) + 3))
-    return box[0], box[1], box[2]
+def _is_seen(gas: Field) -> NDArray[np.bool_]:
+    """Return which cubes (layers, rows, columns) of gas show anything."""
+    return (gas[..., FUEL] > _LEAST_FUEL) | (gas[..., SMOKE] > _LEAST_SMOKE)
+
+
+def _placed(
+    is_seen: NDArray[np.bool_], size: tuple[int, int], pitch: float
+) -> tuple[tuple[slice, slice], tuple[slice, slice], NDArray[np.float64]]:
+    """Return the part of a layer's cubes in which something is seen, where it is in a frame of
+    (height, width) px, and how its cubes are moved to the pixels of that window."""
+    parts, windows, starts = [], [], []
+    for axis, length in enumerate(size):
+        places = np.flatnonzero(is_seen.any(axis=1 - axis))
+        first, last = max(0, int(places[0]) - _AROUND), int(places[-1]) + 1 + _AROUND
+        begin = min(int(first * pitch), length)
+        parts.append(slice(first, last))
+        windows.append(slice(begin, min(int(np.ceil(last * pitch)), length)))
+        starts.append((first + 0.5) * pitch - 0.5 - begin)
+    move = np.array([[pitch, 0, starts[1]], [0, pitch, starts[0]]])
+    return (parts[0], parts[1]), (windows[0], windows[1]), move

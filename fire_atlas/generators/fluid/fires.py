@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from fire_atlas.generators.fluid.burners import Burner
+from fire_atlas.generators.fluid.burners import FluidBurner
 from fire_atlas.generators.fluid.combustion import Chemistry
 from fire_atlas.generators.fluid.forces import Forces
 from fire_atlas.recipe.fluid import FireName
@@ -53,11 +53,12 @@ class ReadyFire:
         foot: Height of its foot over the frame's lower edge, heights.
         side: Place of its foot from the frame's left edge, widths.
         depth: Depth of the box, heights.
+        thinning: Part of the frame, from its top, in which gas thins to nothing, heights.
         has_ground: Whether it burns on the ground.
     """
 
     radius: float
-    burners: tuple[Burner, ...]
+    burners: tuple[FluidBurner, ...]
     chemistry: Chemistry
     forces: Forces
     look: Look
@@ -69,10 +70,11 @@ class ReadyFire:
     foot: float = 0.06
     side: float = 0.5
     depth: float = 0.7
+    thinning: float = 0.0
     has_ground: bool = True
 
 
-def _logs() -> tuple[Burner, ...]:
+def _logs() -> tuple[FluidBurner, ...]:
     """Return seven burners that lie in a spiral, the outer ones lower and smaller."""
     places = (
         (0.10, 0.00, 0.40), (0.32, 0.45, 0.30), (-0.50, 0.28, 0.36), (0.12, -0.66, 0.26),
@@ -80,7 +82,7 @@ def _logs() -> tuple[Burner, ...]:
     )  # fmt: skip
     sizes = (0.48, 0.44, 0.42, 0.40, 0.37, 0.38, 0.33)
     return tuple(
-        Burner(
+        FluidBurner(
             at=(right, away, up), size=(size, size, 0.62 * size), speed=0.6,
             ragged=0.85, pulse=0.9, wander=0.5,
         )
@@ -88,7 +90,7 @@ def _logs() -> tuple[Burner, ...]:
     )  # fmt: skip
 
 
-def _charge(count: int, reach: float, size: float, life: float) -> tuple[Burner, ...]:
+def _charge(count: int, reach: float, size: float, life: float) -> tuple[FluidBurner, ...]:
     """Return lumps of a charge, spread over a ball by the golden angle."""
     lumps = []
     for k in range(count):
@@ -98,7 +100,7 @@ def _charge(count: int, reach: float, size: float, life: float) -> tuple[Burner,
         wide = size * (0.75 + 0.5 * ((k * 0.381966 + 0.3) % 1))
         place = (far * level * math.cos(turn), far * level * math.sin(turn), far * up)
         lumps.append(
-            Burner(
+            FluidBurner(
                 at=place, size=(wide, wide, wide), temperature=1.3, ragged=0.45, pulse=0.0,
                 burning=(0.0, life * (0.7 + 0.6 * ((k * 0.7548777) % 1))),
             )
@@ -108,18 +110,18 @@ def _charge(count: int, reach: float, size: float, life: float) -> tuple[Burner,
 
 FIRES: dict[FireName, ReadyFire] = {
     "campfire": ReadyFire(
-        radius=0.19,
+        radius=0.2,
         burners=_logs(),
-        chemistry=Chemistry(0.5, 7.0, 1.9, 3.5, 0.0, 2.5),
-        forces=Forces(lift=10.0, confinement=0.5, stirring=5.5, drag=0.5),
+        chemistry=Chemistry(0.8, 7.0, 1.9, 3.5, 0.0, 2.5),
+        forces=Forces(lift=13.0, confinement=0.5, stirring=5.5, drag=0.5),
         look=Look(emission=150.0, absorption=4.0),
         smoke=0.0,
-        depth=0.66,
+        depth=0.55,
     ),
     "torch": ReadyFire(
         radius=0.085,
         burners=(
-            Burner((0, 0, 0), (1.0, 1.0, 0.7), speed=0.5, ragged=0.7, pulse=0.5, wander=0.5),
+            FluidBurner((0, 0, 0), (1.0, 1.0, 0.7), speed=0.5, ragged=0.7, pulse=0.5, wander=0.5),
         ),
         chemistry=Chemistry(0.5, 5.0, 1.9, 3.5, 0.0, 2.5),
         forces=Forces(lift=9.0, confinement=0.5, stirring=5.0, drag=0.5),
@@ -131,7 +133,7 @@ FIRES: dict[FireName, ReadyFire] = {
     "flamethrower": ReadyFire(
         radius=0.06,
         burners=(
-            Burner(
+            FluidBurner(
                 (0, 0, 0), (1.8, 0.9, 0.9), speed=8.0, direction=(1, 0, 0.05), ragged=0.25,
                 pulse=0.2, wander=0.05, spread=0.16, grain=0.16,
             ),
@@ -147,8 +149,8 @@ FIRES: dict[FireName, ReadyFire] = {
         has_ground=False,
     ),
     "explosion": ReadyFire(
-        radius=0.1,
-        burners=_charge(14, 0.75, 0.55, 0.06),
+        radius=0.085,
+        burners=_charge(14, 0.75, 0.65, 0.06),
         chemistry=Chemistry(0.9, 4.0, 2.4, 2.2, 0.0, 0.1),
         forces=Forces(lift=2.6, confinement=0.6, stirring=5.0, drag=1.6),
         look=Look(
@@ -156,7 +158,7 @@ FIRES: dict[FireName, ReadyFire] = {
         ),
         smoke=0.9,
         expansion=0.3,
-        blast=1.0,
+        blast=0.75,
         burning=(0.0, 0.05),
         settling=0.0,
         foot=0.34,
@@ -181,7 +183,7 @@ FIRES: dict[FireName, ReadyFire] = {
     "muzzle_flash": ReadyFire(
         radius=0.07,
         burners=(
-            Burner(
+            FluidBurner(
                 (0, 0, 0), (1.9, 0.8, 0.8), temperature=1.4, speed=13.0, direction=(1, 0, 0),
                 ragged=0.3, pulse=0.0, spread=0.22, grain=0.12, burning=(0.0, 0.07),
             ),
@@ -202,7 +204,7 @@ FIRES: dict[FireName, ReadyFire] = {
     "smoke": ReadyFire(
         radius=0.11,
         burners=(
-            Burner(
+            FluidBurner(
                 (0, 0, 0.3), (1.0, 1.0, 0.6), fuel=0.0, temperature=0.7, smoke=1.0, speed=0.35,
                 ragged=1.0, pulse=0.4, wander=0.4,
             ),
@@ -217,7 +219,7 @@ FIRES: dict[FireName, ReadyFire] = {
     "steam": ReadyFire(
         radius=0.07,
         burners=(
-            Burner(
+            FluidBurner(
                 (0, 0, 0), (1.0, 1.0, 0.8), fuel=0.0, temperature=0.5, smoke=1.0, speed=1.6,
                 ragged=0.9, pulse=0.5, wander=0.3, spread=0.15,
             ),

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fire_atlas.core.workers import Workers
-from fire_atlas.generators.fluid.grid import Field, Grid, slope
+from fire_atlas.generators.fluid.grid import Field, FluidGrid, slope
 from fire_atlas.generators.fluid.noise import Stirring
 
 
@@ -31,7 +31,7 @@ _LEAST_SLOPE = np.float32(1e-4)
 
 
 def push(
-    grid: Grid,
+    grid: FluidGrid,
     velocity: Field,
     temperature: Field,
     forces: Forces,

@@ -26,7 +26,7 @@ _SLAB = 8
 
 
 @dataclass(frozen=True)
-class Grid:
+class FluidGrid:
     """A box of cubes around the origin of the world.
 
     Attributes:

@@ -8,7 +8,7 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
-from fire_atlas.generators.fluid.grid import Field, Grid
+from fire_atlas.generators.fluid.grid import Field, FluidGrid
 
 _FALL = -11 / 3
 """Exponent of the power of a wave of turbulence by its number, in three dimensions (Kolmogorov)."""
@@ -115,7 +115,7 @@ class Stirring:
     fields: Field
 
     @classmethod
-    def of(cls, grid: Grid, period: float, chance: np.random.Generator) -> Self:
+    def of(cls, grid: FluidGrid, period: float, chance: np.random.Generator) -> Self:
         """Draw the stirring of a grid."""
         shortest, split, longest = (
             max(length / grid.cell, _SHORTEST * (1 + 0.1 * k))

@@ -14,11 +14,11 @@ import cv2
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.core.process import run_module
 from fire_atlas.core.workers import Workers
-from fire_atlas.generators.fluid.recording import Recording, record
+from fire_atlas.generators.fluid.recording import FluidRecording, record
 from fire_atlas.generators.fluid.scene import Scene
 
 
-def record_apart(scene: Scene, jobs: int) -> Recording:
+def record_apart(scene: Scene, jobs: int) -> FluidRecording:
     """Simulate a scene in a process with ``jobs`` threads.
 
     Raises:
@@ -28,7 +28,7 @@ def record_apart(scene: Scene, jobs: int) -> Recording:
     if done.returncode:
         raise RuntimeError(f"the simulation ended early: {done.stderr.decode(errors='replace')}")
     result = pickle.loads(done.stdout)
-    if isinstance(result, Recording):
+    if isinstance(result, FluidRecording):
         return result
     raise RecipeError(result, key=("source",))
 
@@ -39,7 +39,7 @@ def main() -> None:
     scene, jobs = pickle.load(sys.stdin.buffer)
     with Workers(jobs) as workers:
         try:
-            result: Recording | str = record(scene, workers)
+            result: FluidRecording | str = record(scene, workers)
         except RecipeError as error:
             result = str(error)
     sys.stdout.buffer.write(pickle.dumps(result))

@@ -14,7 +14,7 @@ import numpy as np
 import scipy.fft
 
 from fire_atlas.core.workers import Workers
-from fire_atlas.generators.fluid.grid import Field, Grid
+from fire_atlas.generators.fluid.grid import Field, FluidGrid
 
 _OPEN, _GROUND = 2, 4
 """Types of discrete sine transform along an axis that is open, and one that ends at the ground."""
@@ -33,11 +33,11 @@ class Projection:
         eigenvalue: (layers, rows, columns) −Σ sin²θ of each wave, per cube².
     """
 
-    grid: Grid
+    grid: FluidGrid
     eigenvalue: Field
 
     @classmethod
-    def of(cls, grid: Grid) -> Self:
+    def of(cls, grid: FluidGrid) -> Self:
         """Prepare the projection in a grid."""
         layers, rows, columns = (
             np.sin(np.pi * (np.arange(n) + (0.5 if grid.has_ground and axis == 1 else 1)) / n) ** 2

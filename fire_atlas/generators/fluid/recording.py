@@ -17,7 +17,7 @@ itself: its seam is at most that much longer than another step."""
 
 
 @dataclass(frozen=True, slots=True)
-class Recording:
+class FluidRecording:
     """A fire that was simulated.
 
     Attributes:
@@ -35,7 +35,7 @@ class Recording:
         return self.repeats is not None and self.repeats > _REPEATS
 
 
-def record(scene: Scene, workers: Workers) -> Recording:
+def record(scene: Scene, workers: Workers) -> FluidRecording:
     """Simulate a scene and record it."""
     frames = simulated(scene, workers)
     before = [Volume.of(next(frames)) for _ in range(scene.overlap)]
@@ -44,14 +44,14 @@ def record(scene: Scene, workers: Workers) -> Recording:
         presence = scene.presence(number)
         volumes.append(Volume.of(scalars if presence >= 1 else scalars * np.float32(presence)))
     if not before:
-        return Recording(tuple(volumes), None)
+        return FluidRecording(tuple(volumes), None)
     repeats = _difference(before, volumes)
     if repeats > _REPEATS:
         for k in range(1, len(before) + 1):
             share = np.float32((len(before) + 1 - k) / (len(before) + 1))
             after = volumes[-k].scalars()
             volumes[-k] = Volume.of(after + share * (before[-k].scalars() - after))
-    return Recording(tuple(volumes), repeats)
+    return FluidRecording(tuple(volumes), repeats)
 
 
 def _difference(before: list[Volume], volumes: list[Volume]) -> float:

@@ -22,7 +22,7 @@ from fire_atlas.generators.fluid.combustion import SMOKE
 from fire_atlas.generators.fluid.drawing import Painter, SeenGas, exposed
 from fire_atlas.generators.fluid.fires import FIRES
 from fire_atlas.generators.fluid.grid import Field
-from fire_atlas.generators.fluid.recording import Recording
+from fire_atlas.generators.fluid.recording import FluidRecording
 from fire_atlas.generators.fluid.scene import Scene
 from fire_atlas.generators.fluid.sight import Sight
 from fire_atlas.generators.front import PointCloud, front_surface_of
@@ -48,7 +48,7 @@ class FluidView:
     motion: ClassVar[None] = None
 
     scene: Scene
-    recording: Recording
+    recording: FluidRecording
     camera: Camera
     blend_space: str
 

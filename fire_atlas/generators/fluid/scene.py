@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 import scipy.fft
 
 from fire_atlas.core.errors import RecipeError
-from fire_atlas.generators.fluid.burners import Burner, Vector
+from fire_atlas.generators.fluid.burners import FluidBurner, Vector
 from fire_atlas.generators.fluid.combustion import Chemistry
 from fire_atlas.generators.fluid.fires import FIRES, Look, ReadyFire
 from fire_atlas.generators.fluid.forces import Forces
-from fire_atlas.generators.fluid.grid import Grid
+from fire_atlas.generators.fluid.grid import FluidGrid
 from fire_atlas.generators.settings import GenerationSettings
 from fire_atlas.recipe.fluid import CELLS, FluidSource
 from fire_atlas.recipe.wind import Wind
@@ -24,7 +24,7 @@ _FASTEST = 36.0
 _LEAST_CELLS = 3.0
 """Least width of a burner, cubes."""
 
-_SIDES, _TOP = 0.10, 0.14
+_SIDES, _TOP = 0.08, 0.11
 """Width of the box beyond the sides and below the frame, and above it, heights: gas fades there."""
 
 _BLAST, _BLAST_TIME = 22.0, 0.11
@@ -51,6 +51,7 @@ class Scene:
         detail: How far noise displaces what is drawn, 0..1.
         steady: Expansion of what burns, in its own volumes.
         blast: Expansion that is added at first.
+        thinning: Part of the frame, from its top, in which gas thins to nothing, heights.
         begin: When it begins to burn, s.
         wind: The wind.
         seed: Seed of its random numbers.
@@ -59,10 +60,10 @@ class Scene:
         settling: Frames that are simulated before the first one.
     """
 
-    grid: Grid
+    grid: FluidGrid
     corner: tuple[int, int]
     size: tuple[int, int]
-    burners: tuple[Burner, ...]
+    burners: tuple[FluidBurner, ...]
     chemistry: Chemistry
     forces: Forces
     look: Look
@@ -70,6 +71,7 @@ class Scene:
     detail: float
     steady: float
     blast: float
+    thinning: float
     begin: float
     wind: Wind
     seed: int
@@ -144,13 +146,13 @@ def build_scene(source: FluidSource, settings: GenerationSettings) -> Scene:
         look = replace(look, albedo=_linear(source.smoke_colour))
     return Scene(
         grid, corner, size, burners, chemistry, forces, look, source.heat, source.detail,
-        ready.expansion, blast * _BLAST, burning[0] if burning else 0.0, settings.wind,
+        ready.expansion, blast * _BLAST, ready.thinning, burning[0] if burning else 0.0, settings.wind,
         settings.seed, settings.frames, settings.fps, loop,
         math.ceil(ready.settling * settings.fps) if loop or not burning else 0,
     )  # fmt: skip
 
 
-def _burners(source: FluidSource, ready: ReadyFire, smoke: float) -> tuple[Burner, ...]:
+def _burners(source: FluidSource, ready: ReadyFire, smoke: float) -> tuple[FluidBurner, ...]:
     """Return the burners, in heights, as the keys change them."""
     radius = ready.radius if source.radius is None else source.radius
     found = []
@@ -192,7 +194,9 @@ def cells_across(source: FluidSource) -> int:
     return source.resolution if isinstance(source.resolution, int) else CELLS[source.resolution]
 
 
-def _grid(source: FluidSource, ready: ReadyFire) -> tuple[Grid, tuple[int, int], tuple[int, int]]:
+def _grid(
+    source: FluidSource, ready: ReadyFire
+) -> tuple[FluidGrid, tuple[int, int], tuple[int, int]]:
     """Return the box, and where and how large the frame is in it; see ``Scene``.
 
     The frame's top left corner is one of cubes, so that what is seen from the front need not be
@@ -206,7 +210,7 @@ def _grid(source: FluidSource, ready: ReadyFire) -> tuple[Grid, tuple[int, int],
     ground = round((1 - ready.foot) / cell) if ready.has_ground else high + left
     rows = _fast(ground + math.ceil(_TOP / cell))
     top = rows - ground
-    layers = _fast(math.ceil(ready.depth / cell) + left)
+    layers = _fast(math.ceil(ready.depth / cell))
     if layers * rows * columns > MAX_CELLS:
         most = int(across * (MAX_CELLS / (layers * rows * columns)) ** (1 / 3))
         raise RecipeError(
@@ -216,7 +220,7 @@ def _grid(source: FluidSource, ready: ReadyFire) -> tuple[Grid, tuple[int, int],
             key=("source", "resolution"),
         )
     origin = (left + ready.side * aspect / cell, top + (1 - ready.foot) / cell, layers / 2)
-    grid = Grid((layers, rows, columns), cell, origin, ready.has_ground)
+    grid = FluidGrid((layers, rows, columns), cell, origin, ready.has_ground)
     return grid, (left, top), (wide, min(high, rows - top))
 
 
@@ -226,7 +230,7 @@ def _fast(length: int) -> int:
 
 
 def _check_burners(
-    source: FluidSource, burners: tuple[Burner, ...], grid: Grid, fps: float
+    source: FluidSource, burners: tuple[FluidBurner, ...], grid: FluidGrid, fps: float
 ) -> None:
     """Refuse burners that the grid cannot show."""
     layers, rows, columns = grid.shape

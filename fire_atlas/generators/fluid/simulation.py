@@ -14,7 +14,7 @@ from fire_atlas.generators.fluid.advection import Carried, mac_cormack
 from fire_atlas.generators.fluid.burners import Feed
 from fire_atlas.generators.fluid.combustion import burn, smoothed
 from fire_atlas.generators.fluid.forces import push
-from fire_atlas.generators.fluid.grid import Field, Grid
+from fire_atlas.generators.fluid.grid import Field, FluidGrid
 from fire_atlas.generators.fluid.noise import Stirring
 from fire_atlas.generators.fluid.projection import Projection
 from fire_atlas.generators.fluid.scene import Scene
@@ -31,7 +31,7 @@ _SHARPNESS = Carried(
 """Part of the blur of look-ups that is undone. Of velocity less than the scheme's half: what it
 adds to eddies, vorticity confinement adds already."""
 
-_FADE = 0.07
+_FADE = 0.06
 """Width, heights, of the border of the box in which fuel, heat and smoke fade."""
 
 _SHELTER = 0.12
@@ -67,7 +67,7 @@ class Simulation:
             Feed.of(burner, self.grid, scene.period, scene.seed, number)
             for number, burner in enumerate(scene.burners)
         ]
-        self._fading = border_fading(self.grid)
+        self._fading = border_fading(self.grid, scene.thinning)
 
     def frame(self) -> int:
         """Simulate the time of one frame, and return how many steps it took.
@@ -104,7 +104,8 @@ class Simulation:
         )
         burnt, temperature = burn(grid, scalars, scene.chemistry, self._fading, dt, workers)
         push(grid, velocity, temperature, scene.forces, self._stirring, self.time, dt, workers)
-        source = smoothed(grid, burnt, workers)
+        # A source that changed from cube to cube would be a flow that differences hardly see.
+        source = np.concatenate(grid.each_slab(workers, lambda part: smoothed(burnt, part)))
         source *= np.float32(scene.expansion(self.time) / dt)
         self._projection.project(velocity, source, workers)
         self.gas = Gas(velocity, scalars)
@@ -121,15 +122,18 @@ class Simulation:
         return blown
 
 
-def border_fading(grid: Grid) -> Field:
-    """Return 1 inside, falling smoothly to 0 at every open border of a grid."""
+def border_fading(grid: FluidGrid, top: float) -> Field:
+    """Return 1 inside, falling smoothly to 0 at every open border of a grid, over ``top`` heights
+    more at its upper one."""
     fading = np.ones(grid.shape, np.float32)
     width = _FADE / grid.cell
     for axis, length in enumerate(grid.shape):
         place = np.arange(length) + 0.5
-        is_open = not (axis == 1 and grid.has_ground)
-        near = np.minimum(place, length - place) if is_open else place
-        share = np.clip(near / width, 0, 1)
+        first, last = place / width, (length - place) / width
+        if axis == 1:
+            first = place / (width + top / grid.cell)
+            last = last if not grid.has_ground else np.ones_like(last)
+        share = np.clip(np.minimum(first, last), 0, 1)
         smooth = (share * share * (3 - 2 * share)).astype(np.float32)
         fading *= smooth.reshape([-1 if k == axis else 1 for k in range(3)])
     return fading

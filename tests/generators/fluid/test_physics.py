@@ -10,7 +10,7 @@ from fire_atlas.core.chance import RandomStream, generator
 from fire_atlas.core.workers import Workers
 from fire_atlas.generators.fluid.advection import Carried, mac_cormack
 from fire_atlas.generators.fluid.forces import Forces, push
-from fire_atlas.generators.fluid.grid import Field, Grid
+from fire_atlas.generators.fluid.grid import Field, FluidGrid
 from fire_atlas.generators.fluid.noise import Stirring
 from fire_atlas.generators.fluid.projection import Projection
 from fire_atlas.generators.fluid.scene import Scene, build_scene
@@ -29,10 +29,10 @@ def workers() -> Iterator[Workers]:
         yield pool
 
 
-def box(shape: tuple[int, int, int], *, has_ground: bool = False) -> Grid:
+def box(shape: tuple[int, int, int], *, has_ground: bool = False) -> FluidGrid:
     """Return a box a height high around its middle."""
     layers, rows, columns = shape
-    return Grid(shape, 1 / rows, (columns / 2, rows / 2, layers / 2), has_ground)
+    return FluidGrid(shape, 1 / rows, (columns / 2, rows / 2, layers / 2), has_ground)
 
 
 def scene(**keys: object) -> Scene:
