@@ -35,7 +35,7 @@ fire is as yellow as paint, with it nearly white."""
 _KEY, _AMBIENT = np.array([1.15, 1.08, 1.0]), np.array([0.24, 0.28, 0.35])
 """Light from above, left and front on smoke, and from all sides."""
 
-_SCATTERED, _PENETRATION = 0.35, 0.3
+_SCATTERED, _PENETRATION = 0.22, 0.3
 """Part of that light that reaches smoke after several turns, and the optical depth of its way, of
 that of the straight one."""
 
@@ -56,12 +56,15 @@ class SeenGas:
     """A picture of gas before it is exposed.
 
     Attributes:
-        light: (height, width, 3).
-        smoke: (height, width) optical depth of the smoke.
+        fire: (height, width, 3) light of what burns and its glow in smoke, as it is seen through
+            smoke.
+        smoke: (height, width, 3) daylight that smoke scatters, seen likewise.
+        depth: (height, width) optical depth of the smoke.
     """
 
-    light: NDArray[np.float32]
-    smoke: Plane
+    fire: NDArray[np.float32]
+    smoke: NDArray[np.float32]
+    depth: Plane
 
 
 @dataclass(frozen=True)
@@ -90,10 +93,11 @@ class Painter:
         """Draw gas (layers, rows, columns, 4) into a frame of (height, width) px, from the nearest
         layer to the farthest; ``pitch`` is the size of a cube, px."""
         height, width = size
-        light, passed = np.zeros((height, width, 3), np.float32), np.ones(size, np.float32)
+        fire, passed = np.zeros((height, width, 3), np.float32), np.ones(size, np.float32)
+        smoke = np.zeros_like(fire)
         depth = np.zeros(size, np.float32)
         gas = self._without_weave(gas)
-        lit, is_seen = self.lit_smoke(gas), _is_seen(gas)
+        lit, glow, is_seen = self.lit_smoke(gas), self.glowing_smoke(gas), _is_seen(gas)
         for number in np.flatnonzero(is_seen.any(axis=(1, 2))):
             part, window, move = _placed(is_seen[number], size, pitch)
             if not passed[window].size:
@@ -106,22 +110,25 @@ class Painter:
             own = thick + np.float32(self.look.absorption) * shine
             kept = as_plane(cv2.exp(own * np.float32(-self.cell)))
             share = passed[window] * (1 - kept) / (own + np.float32(1e-6))
-            glow = self.table.take(self._entry(fuel, hot), axis=0)
-            glow *= (share * shine)[..., None]
-            light[window] += glow
+            own_light = self.table.take(self._entry(fuel, hot), axis=0)
+            own_light *= (share * shine)[..., None]
+            fire[window] += own_light
             if lit is not None:
                 depth[window] += thick * np.float32(self.cell)
                 shown = as_plane(cv2.warpAffine(lit[number][part], move, target))
-                light[window] += shown * (share * thick)[..., None]
+                smoke[window] += shown * (share * thick)[..., None]
+            if glow is not None:
+                shown = as_plane(cv2.warpAffine(glow[number][part], move, target))
+                fire[window] += shown * (share * thick)[..., None]
             passed[window] *= kept
-        return SeenGas(light, depth)
+        return SeenGas(fire, smoke, depth)
 
     def _without_weave(self, gas: Field) -> Field:
         """Return gas whose smoke is smooth from cube to cube: edges that are thinner than a cube
         would be steps, and what no step of the simulation sees a pattern of threads."""
-        sooty = np.ascontiguousarray(gas[..., SMOKE])
-        if not self.look.extinction or sooty.max(initial=0) <= _LEAST_SMOKE:
+        if not self._has_smoke(gas):
             return gas
+        sooty = np.ascontiguousarray(gas[..., SMOKE])
         gas = gas.copy()
         gas[..., SMOKE] = smoothed(sooty, slice(0, len(gas)))
         return gas
@@ -149,8 +156,9 @@ class Painter:
         return np.asarray(np.clip(shown, 0, _STEPS - 1), np.intp)
 
     def lit_smoke(self, gas: Field) -> NDArray[np.float32] | None:
-        """Return the light that smoke scatters, (layers, rows, columns, 3); None without smoke."""
-        if not self.look.extinction or gas[..., SMOKE].max(initial=0) <= _LEAST_SMOKE:
+        """Return the daylight that smoke scatters, (layers, rows, columns, 3); None without
+        smoke."""
+        if not self._has_smoke(gas):
             return None
         thickness = gas[..., SMOKE] * np.float32(self.look.extinction * self.cell)
         front, top, left = (_passed(thickness, axis) for axis in range(3))
@@ -161,17 +169,18 @@ class Painter:
         for channel, albedo in enumerate(self.look.albedo):
             found[..., channel] = np.float32(albedo * _KEY[channel]) * key
             found[..., channel] += np.float32(albedo * _AMBIENT[channel]) * around
-        if self.look.emission and self.look.glow:
-            self._add_glow(gas, found)
         return found
 
-    def _add_glow(self, gas: Field, lit: NDArray[np.float32]) -> None:
-        """Add the light of the fire on its smoke, blurred on every second cube, in place."""
+    def glowing_smoke(self, gas: Field) -> NDArray[np.float32] | None:
+        """Return the light of the fire that its smoke scatters, (layers, rows, columns, 3), from
+        every second cube; None without smoke or fire."""
+        if not self._has_smoke(gas) or not self.look.emission * self.look.glow:
+            return None
+        found = np.zeros((*gas.shape[:3], 3), np.float32)
         half = np.ascontiguousarray(gas[::2, ::2, ::2])
         emission = self.emission(half)
         sigma = _GLOW_REACH / (2 * self.cell)
         tint = np.array([1.0, 0.8, 0.65])
-        shape = lit.shape[:3]
         for channel in range(3):
             if not emission[..., channel].any():
                 continue
@@ -181,9 +190,13 @@ class Painter:
             )
             strength = self.look.glow / max(self.look.emission, 1e-6) * tint[channel]
             glow = (near + np.float32(1.5) * far) * np.float32(strength)
-            for axis, length in enumerate(shape):
+            for axis, length in enumerate(gas.shape[:3]):
                 glow = glow.repeat(2, axis=axis).take(np.arange(length), axis=axis)
-            lit[..., channel] += glow
+            found[..., channel] = glow
+        return found
+
+    def _has_smoke(self, gas: Field) -> bool:
+        return self.look.extinction > 0 and gas[..., SMOKE].max(initial=0) > _LEAST_SMOKE
 
 
 def exposed(light: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -1,7 +1,7 @@
 """The ready fires: what each burns, how it moves and looks. All were tuned by eye at 384 px."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from fire_atlas.generators.fluid.burners import FluidBurner
 from fire_atlas.generators.fluid.combustion import Chemistry
@@ -108,6 +108,25 @@ def _charge(count: int, reach: float, size: float, life: float) -> tuple[FluidBu
     return tuple(lumps)
 
 
+def _muzzle() -> tuple[FluidBurner, ...]:
+    """Return a jet to the right and four that spray from it to the sides."""
+    ways = ((0.45, 0.0, 0.9), (0.45, 0.0, -0.9), (0.45, 0.9, 0.0), (0.45, -0.9, 0.0))
+    ahead = FluidBurner(
+        (0.6, 0, 0),
+        (2.0, 0.75, 0.75),
+        temperature=1.4,
+        speed=14.0,
+        direction=(1, 0, 0),
+        ragged=0.2,
+        pulse=0.0,
+        spread=0.2,
+        grain=0.12,
+        burning=(0.0, 0.08),
+    )
+    aside = replace(ahead, at=(0, 0, 0), size=(0.8, 0.8, 0.8), speed=8.0)
+    return (ahead, *(replace(aside, direction=way) for way in ways))
+
+
 FIRES: dict[FireName, ReadyFire] = {
     "campfire": ReadyFire(
         radius=0.2,
@@ -119,30 +138,30 @@ FIRES: dict[FireName, ReadyFire] = {
         depth=0.55,
     ),
     "torch": ReadyFire(
-        radius=0.085,
+        radius=0.105,
         burners=(
-            FluidBurner((0, 0, 0), (1.0, 1.0, 0.7), speed=0.5, ragged=0.7, pulse=0.5, wander=0.5),
+            FluidBurner((0, 0, 0), (1.0, 1.0, 0.7), speed=0.6, ragged=0.7, pulse=0.5, wander=0.5),
         ),
-        chemistry=Chemistry(0.5, 5.0, 1.9, 3.5, 0.0, 2.5),
-        forces=Forces(lift=9.0, confinement=0.5, stirring=5.0, drag=0.5),
+        chemistry=Chemistry(0.95, 5.0, 1.9, 3.5, 0.0, 2.5),
+        forces=Forces(lift=12.0, confinement=0.5, stirring=5.0, drag=0.5),
         look=Look(emission=190.0, absorption=4.0),
         foot=0.14,
         depth=0.45,
         has_ground=False,
     ),
     "flamethrower": ReadyFire(
-        radius=0.06,
+        radius=0.075,
         burners=(
             FluidBurner(
-                (0, 0, 0), (1.8, 0.9, 0.9), speed=8.0, direction=(1, 0, 0.05), ragged=0.25,
-                pulse=0.2, wander=0.05, spread=0.16, grain=0.16,
+                (0, 0, 0), (1.6, 0.9, 0.9), speed=6.5, direction=(1, 0, 0.05), ragged=0.06,
+                pulse=0.15, wander=0.05, spread=0.12, grain=0.2,
             ),
         ),
-        chemistry=Chemistry(0.55, 1.5, 2.0, 1.8, 0.0, 2.2),
+        chemistry=Chemistry(0.9, 0.5, 2.4, 1.4, 0.0, 2.5),
         forces=Forces(lift=3.0, confinement=0.4, stirring=9.0, drag=0.3),
-        look=Look(emission=120.0, absorption=6.0, hollow=0.5, extinction=22.0),
-        smoke=0.25,
-        expansion=2.6,
+        look=Look(emission=260.0, absorption=6.0, hollow=0.4, dense=0.35, extinction=22.0),
+        smoke=0.1,
+        expansion=3.5,
         foot=0.42,
         side=0.06,
         depth=0.7,
@@ -150,51 +169,48 @@ FIRES: dict[FireName, ReadyFire] = {
     ),
     "explosion": ReadyFire(
         radius=0.085,
-        burners=_charge(14, 0.75, 0.65, 0.06),
-        chemistry=Chemistry(0.9, 4.0, 2.4, 2.2, 0.0, 0.1),
-        forces=Forces(lift=2.6, confinement=0.6, stirring=5.0, drag=1.6),
+        burners=_charge(12, 0.7, 0.8, 0.06),
+        chemistry=Chemistry(1.25, 4.0, 2.4, 1.8, 0.0, 0.25),
+        forces=Forces(lift=2.0, confinement=0.6, stirring=5.0, drag=1.6),
         look=Look(
             emission=300.0, absorption=20.0, hollow=0.0, dense=0.35, hottest=1900.0, contrast=4.5
         ),
-        smoke=0.9,
+        smoke=0.65,
         expansion=0.3,
         blast=0.75,
         burning=(0.0, 0.05),
         settling=0.0,
-        foot=0.34,
+        foot=0.36,
         depth=0.95,
+        thinning=0.2,
         has_ground=False,
     ),
     "fireball": ReadyFire(
         radius=0.13,
         burners=_charge(10, 0.6, 0.6, 0.16),
-        chemistry=Chemistry(0.95, 4.0, 2.2, 2.0, 0.0, 0.5),
-        forces=Forces(lift=7.0, confinement=0.6, stirring=5.0, drag=0.5),
+        chemistry=Chemistry(1.3, 4.0, 2.2, 1.7, 0.0, 0.8),
+        forces=Forces(lift=5.0, confinement=0.7, stirring=5.0, drag=0.5),
         look=Look(emission=220.0, absorption=16.0, hollow=0.0, dense=0.35, contrast=5.0),
-        smoke=0.35,
+        smoke=0.25,
         expansion=0.3,
         blast=0.3,
         burning=(0.0, 0.16),
         settling=0.0,
-        foot=0.16,
+        foot=0.2,
         depth=0.8,
+        thinning=0.4,
         has_ground=False,
     ),
     "muzzle_flash": ReadyFire(
         radius=0.07,
-        burners=(
-            FluidBurner(
-                (0, 0, 0), (1.9, 0.8, 0.8), temperature=1.4, speed=13.0, direction=(1, 0, 0),
-                ragged=0.3, pulse=0.0, spread=0.22, grain=0.12, burning=(0.0, 0.07),
-            ),
-        ),
-        chemistry=Chemistry(0.12, 1.5, 2.2, 3.0, 0.0, 3.0),
-        forces=Forces(lift=1.0, confinement=0.5, stirring=9.0, drag=3.0),
+        burners=_muzzle(),
+        chemistry=Chemistry(0.16, 1.5, 2.2, 3.0, 0.0, 6.0),
+        forces=Forces(lift=1.0, confinement=0.6, stirring=12.0, drag=1.5),
         look=Look(emission=420.0, absorption=6.0, hollow=0.0, dense=0.3, hottest=2100.0),
-        smoke=0.1,
+        smoke=0.012,
         expansion=3.0,
         blast=0.3,
-        burning=(0.0, 0.07),
+        burning=(0.0, 0.08),
         settling=0.0,
         foot=0.5,
         side=0.1,
@@ -202,19 +218,20 @@ FIRES: dict[FireName, ReadyFire] = {
         has_ground=False,
     ),
     "smoke": ReadyFire(
-        radius=0.11,
+        radius=0.085,
         burners=(
             FluidBurner(
                 (0, 0, 0.3), (1.0, 1.0, 0.6), fuel=0.0, temperature=0.7, smoke=1.0, speed=0.35,
                 ragged=1.0, pulse=0.4, wander=0.4,
             ),
         ),
-        chemistry=Chemistry(0.3, 3.0, 0.0, 0.5, 0.0, 0.35),
-        forces=Forces(lift=8.0, confinement=0.6, stirring=6.0, drag=0.3),
+        chemistry=Chemistry(0.3, 3.0, 0.0, 0.8, 0.0, 0.9),
+        forces=Forces(lift=7.0, confinement=0.7, stirring=6.0, drag=0.3),
         look=Look(emission=0.0, absorption=0.0, extinction=45.0),
         smoke=1.0,
         settling=2.2,
-        depth=0.7,
+        depth=0.6,
+        thinning=0.4,
     ),
     "steam": ReadyFire(
         radius=0.07,
@@ -231,6 +248,7 @@ FIRES: dict[FireName, ReadyFire] = {
         settling=1.8,
         foot=0.08,
         depth=0.6,
+        thinning=0.35,
         has_ground=False,
     ),
 }  # fmt: skip

@@ -32,6 +32,10 @@ _DARK = 1e-3
 """Light of a cube, of white, below which it does not count as burning."""
 
 
+_LEAST_OPACITY = np.float32(1e-4)
+"""Least opacity that the light of smoke is divided by."""
+
+
 @dataclass(frozen=True)
 class FluidView:
     """A fire seen by one camera; implements ``generators.rendering.Rendering``.
@@ -62,15 +66,11 @@ class FluidView:
 
         Flames cover as much as they shine, smoke as much as it hides.
         """
-        seen = self._seen(index)
-        light = exposed(seen.light)
-        shown = light if self.blend_space == "linear" else encode_unit(light)
-        coverage = np.maximum(shown.max(axis=2), _hidden(seen.smoke))
-        return pixels_of_added(shown, as_plane(coverage), self.blend_space)
+        return shown_gas(self._seen(index), self.blend_space)
 
     def smoke(self, index: int) -> Plane:
         """Return the share of light (height, width), 0..1, that smoke keeps back in a frame."""
-        return _hidden(self._seen(index).smoke)
+        return _hidden(self._seen(index).depth)
 
     def seen_by(self, camera: Camera) -> "FluidView":
         """Return the same fire seen by another camera."""
@@ -154,6 +154,24 @@ def fluid_camera(
         origin=(source.width * ready.side, source.height * (1 - ready.foot)),
         scale=float(source.height),
         distance=math.inf if distance is None else distance,
+    )
+
+
+def shown_gas(seen: SeenGas, blend_space: str) -> Pixels:
+    """Return what is seen of gas as a camera exposes it, (height, width, 4).
+
+    Smoke has a colour and hides what is behind it; fire adds its light. A client that blends sRGB
+    values blends the colour, as it does with any other thing: the light of thin smoke would be a
+    pale rim.
+    """
+    encoded = as_plane if blend_space == "linear" else encode_unit
+    opacity = _hidden(seen.depth)
+    colour = exposed(as_plane(seen.smoke / np.maximum(opacity, _LEAST_OPACITY)[..., None]))
+    fire = encoded(exposed(seen.fire))
+    shown = 1 - (1 - encoded(colour) * opacity[..., None]) * (1 - fire)
+    coverage = 1 - (1 - opacity) * (1 - fire.max(axis=2))
+    return pixels_of_added(
+        as_plane(shown), as_plane(np.maximum(coverage, shown.max(axis=2))), blend_space
     )
 
 

@@ -146,8 +146,8 @@ def build_scene(source: FluidSource, settings: GenerationSettings) -> Scene:
         look = replace(look, albedo=_linear(source.smoke_colour))
     return Scene(
         grid, corner, size, burners, chemistry, forces, look, source.heat, source.detail,
-        ready.expansion, blast * _BLAST, ready.thinning, burning[0] if burning else 0.0, settings.wind,
-        settings.seed, settings.frames, settings.fps, loop,
+        ready.expansion, blast * _BLAST, ready.thinning, burning[0] if burning else 0.0,
+        settings.wind, settings.seed, settings.frames, settings.fps, loop,
         math.ceil(ready.settling * settings.fps) if loop or not burning else 0,
     )  # fmt: skip
 
@@ -219,7 +219,9 @@ def _grid(
             f"can be simulated, as with {most}",
             key=("source", "resolution"),
         )
-    origin = (left + ready.side * aspect / cell, top + (1 - ready.foot) / cell, layers / 2)
+    foot = top + (1 - ready.foot) / cell
+    foot = min(foot, rows) if ready.has_ground else foot
+    origin = (left + ready.side * aspect / cell, foot, layers / 2)
     grid = FluidGrid((layers, rows, columns), cell, origin, ready.has_ground)
     return grid, (left, top), (wide, min(high, rows - top))
 
@@ -238,7 +240,7 @@ def _check_burners(
     for number, burner in enumerate(burners):
         key = ("source", "burners", str(number)) if source.burners else ("source", "radius")
         x, y, z = (place / grid.cell for place in burner.at)
-        if not (0 < right + x < columns and 0 < away + y < layers and 0 < down - z < rows):
+        if not (0 < right + x < columns and 0 < away + y < layers and 0 < down - z <= rows):
             raise RecipeError(
                 f"places a burner at {[round(place, 3) for place in burner.at]} heights, outside "
                 f"of the box, which reaches from {-right * grid.cell:.2f} to "
@@ -251,7 +253,7 @@ def _check_burners(
             needed = math.ceil(cells_across(source) * _LEAST_CELLS / thin)
             fitting = [name for name, across in CELLS.items() if across >= needed]
             raise RecipeError(
-                f"makes a burner {2 * max(burner.size):.3g} heights wide, which is {thin:.1f} "
+                f"makes a burner {2 * max(burner.size):.3g} heights wide, which is {thin:.2g} "
                 f"cubes at resolution: {source.resolution}; it needs {_LEAST_CELLS:.0f}, as with "
                 f"resolution: {fitting[0] if fitting else needed}, or a larger one",
                 key=key,
