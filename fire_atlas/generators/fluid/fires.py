@@ -204,10 +204,10 @@ FIRES: dict[FireName, ReadyFire] = {
     "muzzle_flash": ReadyFire(
         radius=0.07,
         burners=_muzzle(),
-        chemistry=Chemistry(0.16, 1.5, 2.2, 3.0, 0.0, 6.0),
+        chemistry=Chemistry(0.13, 3.0, 2.0, 3.0, 0.0, 6.0),
         forces=Forces(lift=1.0, confinement=0.6, stirring=12.0, drag=1.5),
-        look=Look(emission=420.0, absorption=6.0, hollow=0.0, dense=0.3, hottest=2100.0),
-        smoke=0.012,
+        look=Look(emission=170.0, absorption=6.0, hollow=0.0, dense=0.6, hottest=2000.0),
+        smoke=0.006,
         expansion=3.0,
         blast=0.3,
         burning=(0.0, 0.08),

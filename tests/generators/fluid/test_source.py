@@ -91,7 +91,7 @@ BOOM: dict[str, Any] = {"fire": "explosion", "radius": 0.17}
     ("figure", "common", "less", "more", "factor"),
     [
         (height, {}, {"fuel_rate": 0.4}, {"fuel_rate": 1.6}, 1.15),
-        (width, {}, {"radius": 0.15}, {"radius": 0.25}, 1.2),
+        (width, {}, {"radius": 0.18}, {"radius": 0.28}, 1.2),
         (brightness, {}, {"heat": 0.7}, {"heat": 1.3}, 1.5),
         (height, {}, {"lift": 0.4}, {"lift": 2.0}, 1.1),
         (width, {"fire": "steam"}, {"turbulence": 0.0}, {"turbulence": 3.0}, 1.1),
@@ -183,7 +183,7 @@ BAD: dict[str, tuple[dict[str, Any], dict[str, Any], str]] = {
     "a small burner": (
         {"radius": 0.02},
         {},
-        "source.radius: makes a burner 0.0192 heights wide, which is 0.5 cubes at resolution: 20",
+        "source.radius: makes a burner 0.0192 heights wide, which is 0.51 cubes at resolution: 20",
     ),
     "a burner outside": (
         {"burners": [{"at": [2, 0, 0]}]},
