@@ -109,22 +109,26 @@ def _charge(count: int, reach: float, size: float, life: float) -> tuple[FluidBu
 
 
 def _muzzle() -> tuple[FluidBurner, ...]:
-    """Return a jet to the right and four that spray from it to the sides."""
-    ways = ((0.45, 0.0, 0.9), (0.45, 0.0, -0.9), (0.45, 0.9, 0.0), (0.45, -0.9, 0.0))
+    """Return a jet to the right and six thin ones that spray from it to the sides."""
     ahead = FluidBurner(
-        (0.6, 0, 0),
-        (2.0, 0.75, 0.75),
+        (0.8, 0, 0),
+        (2.2, 0.6, 0.6),
         temperature=1.4,
-        speed=14.0,
+        speed=15.0,
         direction=(1, 0, 0),
-        ragged=0.2,
+        ragged=0.25,
         pulse=0.0,
-        spread=0.2,
+        spread=0.12,
         grain=0.12,
-        burning=(0.0, 0.08),
+        burning=(0.0, 0.07),
     )
-    aside = replace(ahead, at=(0, 0, 0), size=(0.8, 0.8, 0.8), speed=8.0)
-    return (ahead, *(replace(aside, direction=way) for way in ways))
+    sprays = []
+    for k in range(6):
+        turn = 2 * math.pi * (k + 0.25) / 6
+        way = (0.75, 0.66 * math.sin(turn), 0.66 * math.cos(turn))
+        at = (0.7 * way[0], 0.7 * way[1], 0.7 * way[2])
+        sprays.append(replace(ahead, at=at, size=(0.75, 0.42, 0.42), speed=11.0, direction=way))
+    return (ahead, *sprays)
 
 
 FIRES: dict[FireName, ReadyFire] = {
@@ -204,13 +208,12 @@ FIRES: dict[FireName, ReadyFire] = {
     "muzzle_flash": ReadyFire(
         radius=0.07,
         burners=_muzzle(),
-        chemistry=Chemistry(0.13, 3.0, 2.0, 3.0, 0.0, 6.0),
+        chemistry=Chemistry(0.14, 4.0, 2.2, 3.0, 0.0, 7.0),
         forces=Forces(lift=1.0, confinement=0.6, stirring=12.0, drag=1.5),
-        look=Look(emission=170.0, absorption=6.0, hollow=0.0, dense=0.6, hottest=2000.0),
-        smoke=0.006,
-        expansion=3.0,
-        blast=0.3,
-        burning=(0.0, 0.08),
+        look=Look(emission=300.0, absorption=6.0, hollow=0.0, dense=0.35, hottest=1950.0),
+        smoke=0.01,
+        expansion=0.6,
+        burning=(0.0, 0.07),
         settling=0.0,
         foot=0.5,
         side=0.1,

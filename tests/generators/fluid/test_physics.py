@@ -1,8 +1,12 @@
 """The solver of gas against what is known of it: advection, lift, divergence, symmetry, rest."""
 
+import subprocess
+import sys
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
@@ -150,3 +154,15 @@ def test_the_same_bytes_with_any_number_of_workers(workers: Workers) -> None:
         expected = burnt(one).tobytes()
         assert burnt(workers).tobytes() == expected
         assert burnt(five).tobytes() == expected
+
+
+@pytest.mark.skipif("*AVX2" not in cv2.getCPUFeaturesLine().split(), reason="needs a CPU with AVX2")
+def test_the_same_bytes_without_the_newest_instructions() -> None:
+    program = str(Path(__file__).with_name("same_bytes.py"))
+    newest, without = (
+        subprocess.run(
+            [sys.executable, program, sets], capture_output=True, text=True, check=True
+        ).stdout
+        for sets in ("with-avx2", "without-avx2")
+    )
+    assert newest == without and len(newest.split()) == 4
