@@ -29,7 +29,7 @@ FireName = Literal[
 Detail = Literal["draft", "normal", "final"]
 
 CELLS: dict[Detail, int] = {"draft": 32, "normal": 64, "final": 96}
-"""Cubes along the shorter side of the frame."""
+"""Cubes along the side of a square of the frame's area, so that no shape takes longer."""
 
 _WAYS = {"up": (0.0, 0.0, 1.0), "right": (1.0, 0.0, 0.0), "left": (-1.0, 0.0, 0.0)}
 
@@ -63,8 +63,9 @@ class FluidSource(SizedFrame):
         Annotated[Detail, WORD] | Annotated[int, Field(ge=16, le=160), NUMBER],
         either("draft, normal, final or a whole number of cubes"),
     ] = "normal"
-    """Cubes along the shorter side of the frame: ``draft`` 32, to find the timing in seconds,
-    ``normal`` 64, ``final`` 96, or a number. Twice as many take 16 times as long."""
+    """Cubes across a square frame, as many as in others of its area: ``draft`` 32, to find the
+    timing in seconds, ``normal`` 64, ``final`` 96, or a number. Twice as many take 16 times as
+    long."""
     radius: float | None = Field(default=None, gt=0, le=1)
     """Radius of what burns, heights: how wide the fire is. Default: the ready fire's."""
     fuel_rate: float = Field(default=1.0, ge=0, le=3)

@@ -190,7 +190,7 @@ def _scaled(vector: Vector, factor: float) -> Vector:
 
 
 def cells_across(source: FluidSource) -> int:
-    """Return how many cubes the shorter side of the frame has."""
+    """Return how many cubes the side of a square of the frame's area has."""
     return source.resolution if isinstance(source.resolution, int) else CELLS[source.resolution]
 
 
@@ -203,7 +203,7 @@ def _grid(
     interpolated. The sides of the box are lengths of which transforms are fast.
     """
     across, aspect = cells_across(source), source.width / source.height
-    cell = min(aspect, 1.0) / across
+    cell = math.sqrt(aspect) / across
     wide, high = math.ceil(aspect / cell - 1e-6), math.ceil(1 / cell - 1e-6)
     left = math.ceil(_SIDES / cell)
     columns = _fast(wide + 2 * left)

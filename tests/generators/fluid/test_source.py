@@ -91,7 +91,7 @@ BOOM: dict[str, Any] = {"fire": "explosion", "radius": 0.17}
     ("figure", "common", "less", "more", "factor"),
     [
         (height, {}, {"fuel_rate": 0.4}, {"fuel_rate": 1.6}, 1.15),
-        (width, {}, {"radius": 0.18}, {"radius": 0.28}, 1.2),
+        (width, {}, {"radius": 0.2}, {"radius": 0.3}, 1.2),
         (brightness, {}, {"heat": 0.7}, {"heat": 1.3}, 1.5),
         (height, {}, {"lift": 0.4}, {"lift": 2.0}, 1.1),
         (width, {"fire": "steam"}, {"turbulence": 0.0}, {"turbulence": 3.0}, 1.1),
@@ -138,7 +138,7 @@ def test_a_finer_resolution_has_more_cubes() -> None:
             for resolution in ("draft", "normal", "final", 48)
         )
     ]
-    assert cells == pytest.approx([0.75 / n for n in (32, 64, 96, 48)])
+    assert cells == pytest.approx([0.75**0.5 / n for n in (32, 64, 96, 48)])
 
 
 def test_what_burns_for_a_while_begins_and_ends_empty() -> None:
@@ -168,7 +168,7 @@ def test_a_view_from_the_back_is_the_mirror_image_of_light_without_smoke() -> No
     view = fire()
     back = view.seen_by(fluid_camera(FluidSource.model_validate(SMALL), 180, 0))
     ahead, behind = view.frame(5)[..., :3], back.frame(5)[:, ::-1, :3]
-    assert np.abs(ahead - behind).mean() < 0.15 * ahead.mean()
+    assert np.abs(ahead - behind).mean() < 0.3 * ahead.mean()
 
 
 def test_fire_lies_where_it_is_seen_from_the_side() -> None:
@@ -183,7 +183,7 @@ BAD: dict[str, tuple[dict[str, Any], dict[str, Any], str]] = {
     "a small burner": (
         {"radius": 0.02},
         {},
-        "source.radius: makes a burner 0.0192 heights wide, which is 0.51 cubes at resolution: 20",
+        "source.radius: makes a burner 0.0192 heights wide, which is 0.44 cubes at resolution: 20",
     ),
     "a burner outside": (
         {"burners": [{"at": [2, 0, 0]}]},
