@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fire_atlas.core.easing import smooth_step
 from fire_atlas.core.workers import Workers
 from fire_atlas.generators.fluid.combustion import FUEL, SMOKE
 from fire_atlas.generators.fluid.grid import Field
@@ -48,7 +49,8 @@ def record(scene: Scene, workers: Workers) -> FluidRecording:
     repeats = _difference(before, volumes)
     if repeats > _REPEATS:
         for k in range(1, len(before) + 1):
-            share = np.float32((len(before) + 1 - k) / (len(before) + 1))
+            # Smooth in time, so that the step over the seam is one as any other.
+            share = smooth_step(np.array((len(before) + 1 - k) / (len(before) + 1), np.float32))
             after = volumes[-k].scalars()
             volumes[-k] = Volume.of(after + share * (before[-k].scalars() - after))
     return FluidRecording(tuple(volumes), repeats)

@@ -253,7 +253,7 @@ def _check_burners(
             needed = math.ceil(cells_across(source) * _LEAST_CELLS / thin)
             fitting = [name for name, across in CELLS.items() if across >= needed]
             raise RecipeError(
-                f"makes a burner {2 * max(burner.size):.3g} heights wide, which is {thin:.2g} "
+                f"makes a burner {2 * max(burner.size):.3g} heights wide, which is {thin:.2f} "
                 f"cubes at resolution: {source.resolution}; it needs {_LEAST_CELLS:.0f}, as with "
                 f"resolution: {fitting[0] if fitting else needed}, or a larger one",
                 key=key,

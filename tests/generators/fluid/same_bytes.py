@@ -28,7 +28,7 @@ def main(sets: str) -> None:
     from fire_atlas.recipe.wind import Wind
 
     for fire in ("campfire", "steam"):
-        keys = {"kind": "fluid", "fire": fire, "resolution": 20, "width": 60, "height": 80}
+        keys = {"kind": "fluid", "fire": fire, "resolution": 22, "width": 60, "height": 80}
         source = FluidSource.model_validate(keys)
         scene = build_scene(source, GenerationSettings(1, Wind(), 12, 24.0, True, Views()))
         with Workers(1) as workers:

@@ -42,7 +42,7 @@ def box(shape: tuple[int, int, int], *, has_ground: bool = False) -> FluidGrid:
 def scene(**keys: object) -> Scene:
     """Return a small campfire with ``keys`` of its source."""
     source = FluidSource.model_validate(
-        {"kind": "fluid", "resolution": 20, "width": 64, "height": 80, **keys}
+        {"kind": "fluid", "resolution": 24, "width": 64, "height": 80, **keys}
     )
     settings = GenerationSettings(3, Wind(), 24, 24.0, True, Views())
     return build_scene(source, settings)

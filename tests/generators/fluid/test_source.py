@@ -20,7 +20,7 @@ from fire_atlas.recipe.fluid import FluidSource
 from fire_atlas.recipe.source import Views
 from fire_atlas.recipe.wind import Wind
 
-SMALL: dict[str, Any] = {"kind": "fluid", "resolution": 20, "width": 60, "height": 80}
+SMALL: dict[str, Any] = {"kind": "fluid", "resolution": 22, "width": 60, "height": 80}
 
 
 @lru_cache(maxsize=32)
@@ -161,7 +161,8 @@ def test_a_loop_has_no_seam(keys: dict[str, Any]) -> None:
     view = fire(frames=24, **keys)
     shown = [view.frame(i)[..., :3] for i in range(24)]
     steps = [float(np.abs(shown[i] - shown[i - 1]).mean()) for i in range(24)]
-    assert steps[0] <= 1.25 * float(np.median(steps))
+    around = max(steps[-1], steps[1])
+    assert steps[0] <= 1.25 * max(around, float(np.median(steps)))
 
 
 def test_a_view_from_the_back_is_the_mirror_image_of_light_without_smoke() -> None:
@@ -183,7 +184,7 @@ BAD: dict[str, tuple[dict[str, Any], dict[str, Any], str]] = {
     "a small burner": (
         {"radius": 0.02},
         {},
-        "source.radius: makes a burner 0.0192 heights wide, which is 0.44 cubes at resolution: 20",
+        "source.radius: makes a burner 0.0192 heights wide, which is 0.49 cubes at resolution: 22",
     ),
     "a burner outside": (
         {"burners": [{"at": [2, 0, 0]}]},
