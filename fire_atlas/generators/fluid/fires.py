@@ -225,12 +225,12 @@ FIRES: dict[FireName, ReadyFire] = {
         burners=(
             FluidBurner(
                 (0, 0, 0.3), (1.0, 1.0, 0.6), fuel=0.0, temperature=0.7, smoke=1.0, speed=0.35,
-                ragged=1.0, pulse=0.4, wander=0.4,
+                ragged=0.8, pulse=0.4, wander=0.4,
             ),
         ),
-        chemistry=Chemistry(0.3, 3.0, 0.0, 0.8, 0.0, 0.9),
+        chemistry=Chemistry(0.3, 3.0, 0.0, 0.8, 0.0, 0.6),
         forces=Forces(lift=7.0, confinement=0.7, stirring=6.0, drag=0.3),
-        look=Look(emission=0.0, absorption=0.0, extinction=45.0),
+        look=Look(emission=0.0, absorption=0.0, extinction=80.0),
         smoke=1.0,
         settling=2.2,
         depth=0.6,
