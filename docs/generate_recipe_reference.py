@@ -79,6 +79,14 @@ source:
     - {shape: log, at: [0, 0, 0.05], length: 0.5}
 views: {count: 8, elevation: 20}
 """,
+    "source (kind: fluid)": """\
+source:
+  kind: fluid
+  fire: campfire
+  resolution: draft
+  burning: [0.1, 1.5]         # catches, burns, goes out
+  smoke: 0.3
+""",
     "timeline": """\
 timeline: {frames: 48, fps: 24, loop: crossfade}
 """,

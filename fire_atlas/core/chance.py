@@ -33,6 +33,9 @@ class RandomStream(IntEnum):
     DEPTH = 24
     SCATTER_IN_DEPTH = 25
     HAZE = 26
+    BURNERS = 27
+    STIRRING = 28
+    FINE_DETAIL = 29
 
 
 def generator(seed: int, stream: RandomStream, index: int = 0) -> np.random.Generator:

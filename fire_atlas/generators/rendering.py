@@ -1,5 +1,6 @@
 """Interface of all fire generators: a fire seen by one camera, as frames and their motion."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import ClassVar, Protocol, Self
 
@@ -35,8 +36,12 @@ class Rendering(Protocol):
     def frame(self, index: int) -> Pixels:
         """Draw frame ``index``: (height, width, 4), a fresh array."""
 
-    def motion(self, index: int) -> NDArray[np.float32]:
-        """Velocity of the fire in frame ``index``: (height, width, 2) px/s, x right, y down."""
+    @property
+    def motion(self) -> Callable[[int], NDArray[np.float32]] | None:
+        """Velocity of the fire in a frame by its number: (height, width, 2) px/s, x right, y down.
+
+        None: it is estimated from what is drawn. Gas runs through a flame that stands, so its own
+        velocity says less."""
 
     def seen_by(self, camera: Camera) -> Self:
         """Return the rendering of the same fire by another camera."""

@@ -107,9 +107,9 @@ COLOURS = Tag("<colours>")
 WORD, SWITCH, AS_SOURCE = Tag("<word>"), Tag("<switch>"), Tag("<source>")
 CSS, TEMPLATE, UNITY = Tag("<css>"), Tag("<template>"), Tag("<unity>")
 FRAMES, PROFILE, SILK = Tag("<frames>"), Tag("<profile>"), Tag("<silk>")
-SPRITES = Tag("<sprites>")
+FLUID, SPRITES = Tag("<fluid>"), Tag("<sprites>")
 SHEET, ARRANGEMENT = Tag("<sheet>"), Tag("<arrangement>")
-KINDS = frozenset(tag.tag for tag in (FRAMES, PROFILE, SILK, SPRITES))
+KINDS = frozenset(tag.tag for tag in (FRAMES, PROFILE, SILK, FLUID, SPRITES))
 """Tags of the kinds of source."""
 BRANCHES = KINDS | {
     tag.tag

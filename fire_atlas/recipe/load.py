@@ -8,11 +8,11 @@ from typing import Any
 import yaml
 
 from fire_atlas.core.files import real
+from fire_atlas.recipe.frame_size import SizedFrame
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.output import Maps
 from fire_atlas.recipe.problem import KeyPath
 from fire_atlas.recipe.ramps import FLAME_RAMP, HEAT_RAMP, ramp_files
-from fire_atlas.recipe.silk import SilkSource
 from fire_atlas.recipe.tree import RecipeTree, source_files, templates, texture_files
 from fire_atlas.recipe.validate import validate
 
@@ -85,7 +85,7 @@ def resolved_yaml(loaded: LoadedRecipe) -> str:
     base = real(loaded.base)
     if values["source"] is None:
         del values["source"]
-    if isinstance(loaded.recipe.source, SilkSource) and loaded.recipe.source.size is not None:
+    if isinstance(loaded.recipe.source, SizedFrame) and loaded.recipe.source.size is not None:
         del values["source"]["width"], values["source"]["height"]  # refused beside it
     files: dict[Any, Path] = {
         **loaded.source_files, **loaded.texture_files, **loaded.heat_ramps, **loaded.flame_ramps

@@ -16,6 +16,7 @@ from fire_atlas.recipe.effect import (
     MotionBlur,
     MotionBlurOrNone,
 )
+from fire_atlas.recipe.fluid import FluidSource
 from fire_atlas.recipe.output import GODOT_BLEED, Atlas, Export, Maps, MovieName, TrackName
 from fire_atlas.recipe.problem import ContradictionError, Problem
 from fire_atlas.recipe.silk import SilkSource
@@ -52,8 +53,8 @@ class Recipe(Settings):
     """Length, frame rate and looping of the result."""
     wind: Wind = Wind()
     """Wind that carries flakes away outside the flame, by ``buoyancy.drag``, and bends the flame of
-    sources ``profile`` and ``silk``. The flame of ``frames`` stays as it is, so that wind on them
-    is refused where it has nothing to carry."""
+    sources ``profile``, ``silk`` and ``fluid``. The flame of ``frames`` stays as it is, so that
+    wind on them is refused where it has nothing to carry."""
     features: Features = Features()
     """Which edges of the flame can shed sparks (eq. 1-3)."""
     buoyancy: Buoyancy = Buoyancy()
@@ -160,13 +161,13 @@ class Recipe(Settings):
             yield Problem(
                 ("views",),
                 "frames have one side only; leave views out, or make 3D fire with source.kind: "
-                "silk or source.kind: profile",
+                "silk, fluid or profile",
             )
         if isinstance(self.source, ProfileSource) and self.views.distance is not None:
             yield Problem(
                 ("views", "distance"),
                 "fire learnt from a clip is seen as its clip was filmed; remove it, or make 3D "
-                "fire with source.kind: silk",
+                "fire with source.kind: silk or fluid",
             )
         if isinstance(self.source, ProfileSource):
             for key in self.source.keys_of_learning():
@@ -178,7 +179,7 @@ class Recipe(Settings):
                 )
         if isinstance(self.source, SilkSource) and self.source.tile_width is not None:
             yield from _against_tiles(self.views)
-        if isinstance(self.source, ProfileSource | SilkSource):
+        if isinstance(self.source, ProfileSource | SilkSource | FluidSource):
             yield from _clip_only_keys(self.timeline)
         if isinstance(self.source, SpritesSource):
             yield from _fire_only_keys(self)
@@ -331,6 +332,12 @@ def _against_levels(recipe: Recipe) -> Iterator[Problem]:
             levels,
             "a clip shows one wind; learn from it with source.kind: profile to make fire in "
             "others, or give one wind.level",
+        )
+    if isinstance(recipe.source, FluidSource):
+        yield Problem(
+            levels,
+            "gas that burns has no states between two winds that would be a fire; use source.kind: "
+            "silk, or build a recipe for each wind.level",
         )
     if recipe.views.count > 1:
         yield Problem(

@@ -6,7 +6,7 @@ away from the front view, z up; the origin is the middle of the fire on the grou
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
@@ -24,7 +24,7 @@ from fire_atlas.recipe.base import (
     Settings,
     either,
 )
-from fire_atlas.recipe.frame_size import FrameSize, frame_of
+from fire_atlas.recipe.frame_size import SizedFrame
 from fire_atlas.recipe.problem import ContradictionError, Problem
 
 Coordinate = Annotated[float, Field(ge=-10, le=10)]
@@ -275,40 +275,11 @@ SheetsOrArrangement = Annotated[
 AutoOrTexture = Annotated[Auto | Annotated[Texture, BLOCK], either("`auto` or {path: ...}")]
 
 
-_SIDE = 256
-"""Width and height of a frame by default, px."""
-
-_SIDES = ("width", "height")
-
-_LEAST_ASPECT, _MOST_ASPECT = 0.25, 4
-
-
-def _frame(stated: dict[str, Any]) -> tuple[int, int]:
-    """Return the width and height, px, that follow from the keys ``stated`` above them."""
-    size = stated.get("size")
-    return frame_of(size, stated.get("aspect") or 1) if size else (_SIDE, _SIDE)
-
-
-class SilkSource(Settings):
+class SilkSource(SizedFrame):
     """Fire without a clip: simulated sheets of silk, seen from any side."""
 
     kind: Literal["silk"] = "silk"
     """Fire simulated by sheets of springs."""
-    size: FrameSize | None = None
-    """Length of a frame's longer side: ``draft`` 192 px, ``game`` 384 px, ``hero`` 512 px. Default:
-    ``width`` and ``height`` state both sides; beside ``size`` they are refused."""
-    aspect: float | None = Field(default=None, ge=_LEAST_ASPECT, le=_MOST_ASPECT)
-    """Width of a frame divided by its height, for ``size`` alone. Default: 1, a square."""
-    width: int = Field(
-        default_factory=lambda stated: _frame(stated)[0], ge=16, le=4096,
-        json_schema_extra={"default": _SIDE},
-    )  # fmt: skip
-    """Width of a frame, px."""
-    height: int = Field(
-        default_factory=lambda stated: _frame(stated)[1], ge=16, le=4096,
-        json_schema_extra={"default": _SIDE},
-    )  # fmt: skip
-    """Height of a frame, px."""
     foot: float = Field(default=0.06, ge=0, le=0.9)
     """Height of the ground above the lower edge of the frame, heights."""
     fuel: FuelName = "wood"
@@ -379,34 +350,6 @@ class SilkSource(Settings):
                     f"`intruders` the first is 0"
                 )
         return self
-
-    @model_validator(mode="after")
-    def _states_its_frame_once(self) -> Self:
-        sides = [key for key in _SIDES if key in self.model_fields_set]
-        if self.size is not None and sides:
-            raise ContradictionError(Problem(("size",), self._frame_stated_twice(self.size, sides)))
-        if self.size is None and self.aspect is not None:
-            raise ContradictionError(
-                Problem(
-                    ("aspect",),
-                    "is the shape of a frame whose longer side is a size, and there is none; "
-                    "remove it and state width and height, or those and write size: game",
-                )
-            )
-        return self
-
-    def _frame_stated_twice(self, size: FrameSize, sides: list[str]) -> str:
-        """Return advice that keeps the proportion of the frame with the stated ``sides``."""
-        width, height = (getattr(self, key) if key in sides else _SIDE for key in _SIDES)
-        aspect = self.aspect or min(max(width / height, _LEAST_ASPECT), _MOST_ASPECT)
-        shaped = f" and write aspect: {aspect:.4g}" if aspect not in (self.aspect, 1) else ""
-        named = "size" if self.aspect is None else "size and aspect"
-        width, height = frame_of(size, aspect)
-        return (
-            f"says how large a frame is, as {' and '.join(sides)} would; remove "
-            f"{' and '.join(sides)}{shaped}, or remove {named} and write width: {width} and "
-            f"height: {height}"
-        )
 
     @model_validator(mode="after")
     def _colours_of_its_own(self) -> Self:

@@ -9,6 +9,7 @@ from fire_atlas.recipe.base import (
     AS_SOURCE,
     BY_KIND,
     DIFFERENT,
+    FLUID,
     FRAMES,
     LIST,
     NUMBER,
@@ -23,6 +24,7 @@ from fire_atlas.recipe.base import (
     Settings,
     either,
 )
+from fire_atlas.recipe.fluid import FluidSource
 from fire_atlas.recipe.frame_size import FrameSize
 from fire_atlas.recipe.pivot import PivotPoint
 from fire_atlas.recipe.problem import ContradictionError, Problem
@@ -253,6 +255,7 @@ Source = Annotated[
     Annotated[FramesSource, FRAMES]
     | Annotated[ProfileSource, PROFILE]
     | Annotated[SilkSource, SILK]
+    | Annotated[FluidSource, FLUID]
     | Annotated[SpritesSource, SPRITES],
     BY_KIND,
 ]
@@ -270,4 +273,4 @@ class Views(Settings):
     distance: float | None = Field(default=None, ge=1, le=1000)
     """Distance of the cameras from the fire, heights: what is nearer appears larger. Sizes are
     exact in the middle of the fire. Default: infinitely far, all lines of sight are parallel. Only
-    for ``kind: silk``."""
+    for ``kind: silk`` and ``fluid``."""

@@ -26,7 +26,7 @@ class Timeline(Settings):
     cross-faded there (a short clip keeps at least half of its frames); flat art is never faded,
     but cut hard or played there and back. ``crossfade``: the whole clip, its end faded into its
     beginning. ``pingpong``: forwards, then backwards. ``none``: play once. Generated fire (source
-    ``silk`` or ``profile``) always loops: ``auto`` or ``none``."""
+    ``silk``, ``fluid`` or ``profile``) loops, but for what burns out: ``auto`` or ``none``."""
     frames: int | None = Field(default=None, ge=1, le=10_000)
     """Number of frames of the result. If it exceeds the clip's, the clip is extended by transitions
     between moments that look alike. One, two or three images are animated instead: each turns into

@@ -148,8 +148,8 @@ def _suggested_key(path: KeyPath) -> str:
             return f"; write `{known[-1]}` inside the block `{dotted(known[:-1])}`"
     if key in keys_at(parent):
         return "; it cannot be combined with the other keys of its block"
-    if kind := _kind_with(path):
-        return f" here; it is one of `kind: {kind}`"
+    if kinds := _kinds_with(path):
+        return f" here; it is one of {kinds}"
     if near := did_you_mean(key, keys_at(parent), prefix):
         return near
     for known in all_keys():
@@ -158,11 +158,11 @@ def _suggested_key(path: KeyPath) -> str:
     return f"; the keys here are {', '.join(keys_at(parent))}"
 
 
-def _kind_with(path: KeyPath) -> str | None:
-    """Return another kind of the block that has the key of this path, None if there is none."""
+def _kinds_with(path: KeyPath) -> str:
+    """Return the other kinds of the block that have the key of this path; empty if none has."""
     kinds = KINDS - {path[-2]} if len(path) > 1 and path[-2] in KINDS else ()
     having = [kind for kind in sorted(kinds) if path[-1] in keys_at((*path[:-2], kind))]
-    return str(having[0]).strip("<>") if having else None
+    return " or ".join(f"`kind: {str(kind).strip('<>')}`" for kind in having)
 
 
 def _missing(path: KeyPath) -> str:

@@ -29,7 +29,7 @@ def _degrees(value: Any) -> Any:
     if value in ("up", "down"):
         raise ValueError(
             f"wind blows level: to the right, to the left, or at degrees as seen from above; what "
-            f"makes fire rise is buoyancy.lift, or source.lift of silk; got {value}"
+            f"makes fire rise is buoyancy.lift, or source.lift of silk and fluid; got {value}"
         )
     raise ValueError(
         f"must be right, left or degrees as seen from above (90: away from the viewer); got "

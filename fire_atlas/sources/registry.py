@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, assert_never
 
 from fire_atlas.core.workload import MAX_PIXELS
 from fire_atlas.generators.settings import GenerationSettings
+from fire_atlas.recipe.fluid import FluidSource
 from fire_atlas.recipe.silk import SilkSource
 from fire_atlas.recipe.source import FramesSource, ProfileSource, SpritesSource
 
@@ -60,6 +61,10 @@ def open_source(
             from fire_atlas.sources.silk import open_silk
 
             clips = open_silk(source, files, GenerationSettings.of(recipe), context)
+        case FluidSource():
+            from fire_atlas.sources.fluid import open_fluid
+
+            clips = open_fluid(source, GenerationSettings.of(recipe), context)
         case _:
             assert_never(source)
     names = [f"view_{k}" for k in range(len(clips))] if len(clips) > 1 else [recipe.name]
@@ -118,11 +123,15 @@ def examine_source(loaded: LoadedRecipe, workers: Workers, max_pixels: int = MAX
             from fire_atlas.sources.silk import examine_silk
 
             return examine_silk(source, files, GenerationSettings.of(recipe), context)
+        case FluidSource():
+            from fire_atlas.sources.fluid import examine_fluid
+
+            return examine_fluid(source, GenerationSettings.of(recipe))
         case _:
             assert_never(source)
 
 
-def _source(recipe: Recipe) -> FramesSource | ProfileSource | SilkSource:
+def _source(recipe: Recipe) -> FramesSource | ProfileSource | SilkSource | FluidSource:
     """Return the source of a recipe that has fire.
 
     Raises:

@@ -132,13 +132,13 @@ def test_a_profile_takes_a_size_or_a_height(write: Write) -> None:
     assert advice(tall, "source.size=hero") == f"--set source.size: {both}"
     source = loaded(tall, "source.size=hero", "source.height=~").source
     assert isinstance(source, ProfileSource) and source.size == "hero"
-    assert "source.aspect: unknown key here; it is one of `kind: silk`" in advice(
+    assert "source.aspect: unknown key here; it is one of `kind: fluid` or `kind: silk`" in advice(
         write(f"{PROFILE}  size: game\n  aspect: 2")
     )
 
 
 def test_frames_that_exist_have_no_size_by_name(write: Write) -> None:
-    assert "source.size: unknown key here; it is one of `kind: profile`" in advice(
+    assert "source.size: unknown key here; it is one of `kind: fluid` or `kind: profile`" in advice(
         write("source: {path: clip, size: game}")
     )
 

@@ -260,7 +260,7 @@ def advice(path: Path, *overrides: str) -> list[str]:
             "seed: 1\nviews: {count: 2}",
             "3: views",
             "frames have one side only; leave views out, or make 3D fire with source.kind: "
-            "silk or source.kind: profile",
+            "silk, fluid or profile",
         ),
         (
             "exports:\n  - json\n  - unity:\n      assembly: true",

@@ -11,7 +11,20 @@ from fire_atlas.effect.flame.colour import colour_ramp, flat_colours
 from fire_atlas.effect.flame.study import FlameStudy
 from fire_atlas.effect.flame.styles import style_of
 from fire_atlas.recipe.effect import FireClass, Flakes, FlakeStyle
+from fire_atlas.recipe.fluid import FireName, FluidSource
 from fire_atlas.recipe.models import Recipe
+
+_OF_READY_FIRES: dict[FireName, FireClass] = {
+    "campfire": "campfire",
+    "torch": "torch",
+    "flamethrower": "torch",
+    "explosion": "explosion",
+    "fireball": "explosion",
+    "muzzle_flash": "gas",
+    "smoke": "none",
+    "steam": "none",
+}
+"""The class of each ready fire of source ``fluid``."""
 
 
 def has_undecided_flakes(recipe: Recipe) -> bool:
@@ -44,6 +57,8 @@ def classify(recipe: Recipe, clip: Clip, study: FlameStudy, context: BuildContex
     flakes = recipe.flakes
     if flakes == "none" or study.samples is None or not has_undecided_flakes(recipe):
         return recipe
+    if isinstance(recipe.source, FluidSource) and flakes.fire_class == "auto":
+        flakes = flakes.model_copy(update={"fire_class": _OF_READY_FIRES[recipe.source.fire]})
     fire_class, style = _decided(flakes, clip, study, context)
     burns, looks = CLASSES[fire_class], STYLES[style]
     found: dict[str, Any] = {"fire_class": fire_class, "style": style}

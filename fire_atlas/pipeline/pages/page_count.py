@@ -15,10 +15,9 @@ from fire_atlas.core.context import BuildContext
 from fire_atlas.core.errors import OutputError
 from fire_atlas.effect.flakes.emission import ROOMY
 from fire_atlas.pipeline.animation.contribution import FinishedAnimation
-from fire_atlas.recipe.frame_size import LONGER_SIDE, FrameSize
+from fire_atlas.recipe.frame_size import LONGER_SIDE, FrameSize, SizedFrame
 from fire_atlas.recipe.load import LoadedRecipe
 from fire_atlas.recipe.output import Atlas
-from fire_atlas.recipe.silk import SilkSource
 from fire_atlas.recipe.source import FramesSource, ProfileSource, Source
 from fire_atlas.sources.framing import LARGE, SMALLEST
 from fire_atlas.sources.images import detect_format
@@ -111,7 +110,7 @@ def _smaller_size(
 ) -> FrameSize | None:
     """Return the largest size by name at which frames, now ``height`` px high, fit; None if none
     does, or the source states no ``size``."""
-    if not isinstance(source, SilkSource | ProfileSource) or source.size is None:
+    if not isinstance(source, SizedFrame | ProfileSource) or source.size is None:
         return None
     now = LONGER_SIDE[source.size]
     fitting = [
@@ -125,10 +124,10 @@ def _smaller_size(
 def _as_high(source: Source | None, frame: Size, height: int) -> str:
     """Return what to set for a ``frame`` of (width, height), px, to be ``height`` px high."""
     wide = without = ""
-    if isinstance(source, SilkSource):
+    if isinstance(source, SizedFrame):
         wide = f" and source.width: {max(_LEAST_HEIGHT, frame[0] * height // frame[1])}"
-    if isinstance(source, SilkSource | ProfileSource) and source.size is not None:
-        shaped = isinstance(source, SilkSource) and source.aspect is not None
+    if isinstance(source, SizedFrame | ProfileSource) and source.size is not None:
+        shaped = isinstance(source, SizedFrame) and source.aspect is not None
         without = f" (without source.size{' and source.aspect' if shaped else ''})"
     return f"source.height: {height}{wide}{without}"
 

@@ -1,0 +1,257 @@
+"""The ready fires: what each burns, how it moves and looks. All were tuned by eye at 384 px."""
+
+import math
+from dataclasses import dataclass, replace
+
+from fire_atlas.generators.fluid.burners import FluidBurner
+from fire_atlas.generators.fluid.combustion import Chemistry
+from fire_atlas.generators.fluid.forces import Forces
+from fire_atlas.recipe.fluid import FireName
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """How gas is drawn.
+
+    Attributes:
+        emission: Light of a height of gas as hot as gets.
+        absorption: Optical depth of a height of burning gas: its soot hides what is behind it.
+        hollow: Part of its light that fuel lacks where it is whole: it has not caught fire yet.
+        dense: Fuel from which on gas burns as brightly as it can.
+        coldest, hottest: Its colour at temperatures 0 and 1, K.
+        contrast: Exponent of brightness by temperature.
+        extinction: Optical depth of a height of smoke 1.
+        albedo: Share of the light that falls on smoke which it scatters: red, green, blue.
+        glow: Light of the fire on its smoke, of what its own brightness would give.
+    """
+
+    emission: float
+    absorption: float
+    hollow: float = 0.9
+    dense: float = 0.5
+    coldest: float = 850.0
+    hottest: float = 1700.0
+    contrast: float = 5.5
+    extinction: float = 60.0
+    albedo: tuple[float, float, float] = (0.32, 0.30, 0.285)
+    glow: float = 2.5
+
+
+@dataclass(frozen=True, slots=True)
+class ReadyFire:
+    """A fire as it is without further keys; what is of its size is in its radii.
+
+    Attributes:
+        radius: Of what burns, heights.
+        burners: Its burners, for a radius of 1.
+        chemistry, forces, look: How it burns, moves and looks.
+        smoke: Value of the key ``smoke``: smoke that a whole fuel gives.
+        expansion: How far gas expands while it burns, in its own volumes.
+        blast: Value of the key ``blast``: how much more it does at first.
+        burning: Value of the key ``burning``, s; None: always.
+        settling: Time that it burns before its first frame, s.
+        foot: Height of its foot over the frame's lower edge, heights.
+        side: Place of its foot from the frame's left edge, widths.
+        depth: Depth of the box, heights.
+        thinning: Part of the frame, from its top, in which gas thins to nothing, heights.
+        has_ground: Whether it burns on the ground.
+    """
+
+    radius: float
+    burners: tuple[FluidBurner, ...]
+    chemistry: Chemistry
+    forces: Forces
+    look: Look
+    smoke: float = 0.0
+    expansion: float = 0.2
+    blast: float = 0.0
+    burning: tuple[float, float] | None = None
+    settling: float = 1.0
+    foot: float = 0.06
+    side: float = 0.5
+    depth: float = 0.7
+    thinning: float = 0.0
+    has_ground: bool = True
+
+
+def _logs() -> tuple[FluidBurner, ...]:
+    """Return seven burners that lie in a spiral, the outer ones lower and smaller."""
+    places = (
+        (0.10, 0.00, 0.40), (0.32, 0.45, 0.30), (-0.50, 0.28, 0.36), (0.12, -0.66, 0.26),
+        (0.66, -0.30, 0.30), (-0.36, -0.55, 0.34), (-0.80, -0.12, 0.24),
+    )  # fmt: skip
+    sizes = (0.48, 0.44, 0.42, 0.40, 0.37, 0.38, 0.33)
+    return tuple(
+        FluidBurner(
+            at=(right, away, up), size=(size, size, 0.62 * size), speed=0.6,
+            ragged=0.85, pulse=0.9, wander=0.5,
+        )
+        for (right, away, up), size in zip(places, sizes, strict=True)
+    )  # fmt: skip
+
+
+def _charge(count: int, reach: float, size: float, life: float) -> tuple[FluidBurner, ...]:
+    """Return lumps of a charge, spread over a ball by the golden angle."""
+    lumps = []
+    for k in range(count):
+        up = 1 - 2 * (k + 0.5) / count
+        level, turn = (1 - up * up) ** 0.5, 2.399963 * k
+        far = reach * (0.55 + 0.45 * ((k * 0.618034) % 1))
+        wide = size * (0.75 + 0.5 * ((k * 0.381966 + 0.3) % 1))
+        place = (far * level * math.cos(turn), far * level * math.sin(turn), far * up)
+        lumps.append(
+            FluidBurner(
+                at=place, size=(wide, wide, wide), temperature=1.3, ragged=0.45, pulse=0.0,
+                burning=(0.0, life * (0.7 + 0.6 * ((k * 0.7548777) % 1))),
+            )
+        )  # fmt: skip
+    return tuple(lumps)
+
+
+def _muzzle() -> tuple[FluidBurner, ...]:
+    """Return a jet to the right and six thin ones that spray from it to the sides."""
+    ahead = FluidBurner(
+        (0.8, 0, 0),
+        (2.2, 0.6, 0.6),
+        temperature=1.4,
+        speed=15.0,
+        direction=(1, 0, 0),
+        ragged=0.25,
+        pulse=0.0,
+        spread=0.12,
+        grain=0.12,
+        burning=(0.0, 0.07),
+    )
+    sprays = []
+    for k in range(6):
+        turn = 2 * math.pi * (k + 0.25) / 6
+        way = (0.75, 0.66 * math.sin(turn), 0.66 * math.cos(turn))
+        at = (0.7 * way[0], 0.7 * way[1], 0.7 * way[2])
+        sprays.append(replace(ahead, at=at, size=(0.75, 0.42, 0.42), speed=11.0, direction=way))
+    return (ahead, *sprays)
+
+
+FIRES: dict[FireName, ReadyFire] = {
+    "campfire": ReadyFire(
+        radius=0.2,
+        burners=_logs(),
+        chemistry=Chemistry(0.8, 7.0, 1.9, 3.5, 0.0, 2.5),
+        forces=Forces(lift=13.0, confinement=0.5, stirring=5.5, drag=0.5),
+        look=Look(emission=150.0, absorption=4.0),
+        smoke=0.0,
+        depth=0.55,
+    ),
+    "torch": ReadyFire(
+        radius=0.105,
+        burners=(
+            FluidBurner((0, 0, 0), (1.0, 1.0, 0.7), speed=0.6, ragged=0.7, pulse=0.5, wander=0.5),
+        ),
+        chemistry=Chemistry(0.95, 5.0, 1.9, 3.5, 0.0, 2.5),
+        forces=Forces(lift=12.0, confinement=0.5, stirring=5.0, drag=0.5),
+        look=Look(emission=190.0, absorption=4.0),
+        foot=0.14,
+        depth=0.45,
+        has_ground=False,
+    ),
+    "flamethrower": ReadyFire(
+        radius=0.075,
+        burners=(
+            FluidBurner(
+                (0, 0, 0), (1.6, 0.9, 0.9), speed=6.5, direction=(1, 0, 0.05), ragged=0.06,
+                pulse=0.15, wander=0.05, spread=0.12, grain=0.2,
+            ),
+        ),
+        chemistry=Chemistry(0.9, 0.5, 2.4, 1.4, 0.0, 2.5),
+        forces=Forces(lift=3.0, confinement=0.4, stirring=9.0, drag=0.3),
+        look=Look(emission=260.0, absorption=6.0, hollow=0.4, dense=0.35, extinction=22.0),
+        smoke=0.1,
+        expansion=3.5,
+        foot=0.42,
+        side=0.06,
+        depth=0.7,
+        has_ground=False,
+    ),
+    "explosion": ReadyFire(
+        radius=0.085,
+        burners=_charge(12, 0.7, 0.8, 0.06),
+        chemistry=Chemistry(1.25, 4.0, 2.4, 1.8, 0.0, 0.25),
+        forces=Forces(lift=2.0, confinement=0.6, stirring=5.0, drag=1.6),
+        look=Look(
+            emission=300.0, absorption=20.0, hollow=0.0, dense=0.35, hottest=1900.0, contrast=4.5
+        ),
+        smoke=0.65,
+        expansion=0.3,
+        blast=0.75,
+        burning=(0.0, 0.05),
+        settling=0.0,
+        foot=0.36,
+        depth=0.95,
+        thinning=0.2,
+        has_ground=False,
+    ),
+    "fireball": ReadyFire(
+        radius=0.13,
+        burners=_charge(10, 0.6, 0.6, 0.16),
+        chemistry=Chemistry(1.3, 4.0, 2.2, 1.7, 0.0, 0.8),
+        forces=Forces(lift=5.0, confinement=0.7, stirring=5.0, drag=0.5),
+        look=Look(emission=220.0, absorption=16.0, hollow=0.0, dense=0.35, contrast=5.0),
+        smoke=0.25,
+        expansion=0.3,
+        blast=0.3,
+        burning=(0.0, 0.16),
+        settling=0.0,
+        foot=0.2,
+        depth=0.8,
+        thinning=0.4,
+        has_ground=False,
+    ),
+    "muzzle_flash": ReadyFire(
+        radius=0.1,
+        burners=_muzzle(),
+        chemistry=Chemistry(0.2, 3.0, 2.2, 3.0, 0.0, 7.0),
+        forces=Forces(lift=1.0, confinement=0.6, stirring=12.0, drag=1.5),
+        look=Look(emission=80.0, absorption=8.0, hollow=0.0, dense=0.5, hottest=2000.0),
+        smoke=0.01,
+        expansion=2.0,
+        burning=(0.0, 0.07),
+        settling=0.0,
+        foot=0.5,
+        side=0.1,
+        depth=0.7,
+        has_ground=False,
+    ),
+    "smoke": ReadyFire(
+        radius=0.085,
+        burners=(
+            FluidBurner(
+                (0, 0, 0.3), (1.0, 1.0, 0.6), fuel=0.0, temperature=0.7, smoke=1.0, speed=0.35,
+                ragged=0.8, pulse=0.4, wander=0.4,
+            ),
+        ),
+        chemistry=Chemistry(0.3, 3.0, 0.0, 0.8, 0.0, 0.6),
+        forces=Forces(lift=7.0, confinement=0.7, stirring=6.0, drag=0.3),
+        look=Look(emission=0.0, absorption=0.0, extinction=80.0),
+        smoke=1.0,
+        settling=2.2,
+        depth=0.6,
+        thinning=0.4,
+    ),
+    "steam": ReadyFire(
+        radius=0.07,
+        burners=(
+            FluidBurner(
+                (0, 0, 0), (1.0, 1.0, 0.8), fuel=0.0, temperature=0.5, smoke=1.0, speed=1.6,
+                ragged=0.9, pulse=0.5, wander=0.3, spread=0.15,
+            ),
+        ),
+        chemistry=Chemistry(0.3, 3.0, 0.0, 0.6, 0.0, 1.6),
+        forces=Forces(lift=5.0, confinement=0.6, stirring=7.0, drag=0.6),
+        look=Look(emission=0.0, absorption=0.0, extinction=26.0, albedo=(0.86, 0.87, 0.88)),
+        smoke=1.0,
+        settling=1.8,
+        foot=0.08,
+        depth=0.6,
+        thinning=0.35,
+        has_ground=False,
+    ),
+}  # fmt: skip

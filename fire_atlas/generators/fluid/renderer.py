@@ -1,0 +1,179 @@
+"""A fire that was simulated as a fluid, seen by a camera."""
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fire_atlas.core.camera import Camera
+from fire_atlas.core.clip import FrontSurface, Values
+from fire_atlas.core.pixels import (
+    REC709,
+    Pixels,
+    Plane,
+    as_plane,
+    encode_unit,
+    pixels_of_added,
+)
+from fire_atlas.generators.fluid.combustion import SMOKE
+from fire_atlas.generators.fluid.drawing import Painter, SeenGas, exposed
+from fire_atlas.generators.fluid.fires import FIRES
+from fire_atlas.generators.fluid.grid import Field
+from fire_atlas.generators.fluid.recording import FluidRecording
+from fire_atlas.generators.fluid.scene import Scene
+from fire_atlas.generators.fluid.sight import Sight
+from fire_atlas.generators.front import PointCloud, front_surface_of
+from fire_atlas.recipe.fluid import FluidSource
+
+_DARK = 1e-3
+"""Light of a cube, of white, below which it does not count as burning."""
+
+
+_LEAST_OPACITY = np.float32(1e-4)
+"""Least opacity that the light of smoke is divided by."""
+
+
+@dataclass(frozen=True)
+class FluidView:
+    """A fire seen by one camera; implements ``generators.rendering.Rendering``.
+
+    Attributes:
+        scene: What was simulated.
+        recording: The gas of each frame.
+        camera: The camera.
+        blend_space: Encoding in which the client blends.
+    """
+
+    matte: ClassVar[str] = "luminance"
+    matte_reason: ClassVar[str] = "brighter parts of a flame are more opaque, and so is dense smoke"
+    motion: ClassVar[None] = None
+
+    scene: Scene
+    recording: FluidRecording
+    camera: Camera
+    blend_space: str
+
+    @property
+    def front(self) -> Camera:
+        """The camera in front of the fire, level, with parallel lines of sight."""
+        return self.camera.from_the_front()
+
+    def frame(self, index: int) -> Pixels:
+        """Draw frame ``index``: (height, width, 4).
+
+        Flames cover as much as they shine, smoke as much as it hides.
+        """
+        return shown_gas(self._seen(index), self.blend_space)
+
+    def smoke(self, index: int) -> Plane:
+        """Return the share of light (height, width), 0..1, that smoke keeps back in a frame."""
+        return _hidden(self._seen(index).depth)
+
+    def seen_by(self, camera: Camera) -> "FluidView":
+        """Return the same fire seen by another camera."""
+        return replace(self, camera=camera)
+
+    def fire_depth(self, index: int, x: Values, y: Values, share: Values) -> Values:
+        """Return the depth at which fire burns behind places, px; see ``FireInDepth``."""
+        bright = self._brightness(self._gas(index))
+        pitch, (_, rows, columns) = self._sight.pitch, bright.shape
+        total = bright.sum(axis=0)
+        if not total.any():
+            return np.zeros(len(x))
+        column = np.clip(x / pitch, 0, columns - 1).astype(np.intp)
+        row = np.clip(y / pitch, 0, rows - 1).astype(np.intp)
+        lit_rows, lit_columns = np.nonzero(total)
+        for k in np.flatnonzero(total[row, column] == 0):
+            nearest = np.argmin((lit_rows - row[k]) ** 2 + (lit_columns - column[k]) ** 2)
+            row[k], column[k] = lit_rows[nearest], lit_columns[nearest]
+        behind = np.cumsum(bright[::-1], axis=0)[:, row, column]
+        passed = (behind < share * behind[-1]).sum(axis=0)
+        found = self._sight.depths[::-1][np.minimum(passed, len(bright) - 1)]
+        return np.asarray(found * -self.camera.scale, np.float64)
+
+    def hidden(self, index: int, x: Values, y: Values, z: Values) -> NDArray[np.bool_]:
+        """Return which places are behind something opaque: none, as gas is not."""
+        return np.zeros(len(x), bool)
+
+    def front_surface(self, index: int) -> FrontSurface:
+        """Return the front of the fire and its smoke in frame ``index``."""
+        gas = self._gas(index)
+        thick = gas[..., SMOKE] * np.float32(self.scene.look.extinction * self.scene.grid.cell)
+        weight = self._brightness(gas) + thick
+        at = np.nonzero(weight > _DARK)
+        pitch = self._sight.pitch
+        place = np.stack(
+            [
+                (at[2] + 0.5) * pitch,
+                (at[1] + 0.5) * pitch,
+                self._sight.depths[at[0]] * -self.camera.scale,
+            ],
+            axis=1,
+        )
+        cloud = PointCloud(place.astype(np.float64), weight[at].astype(np.float64))
+        return front_surface_of(cloud, self.camera)[0]
+
+    def _seen(self, index: int) -> SeenGas:
+        size = self.camera.height, self.camera.width
+        return self._painter.draw(self._gas(index), size, self._sight.pitch)
+
+    def _gas(self, index: int) -> Field:
+        return self._sight.gas(self.recording.volumes[index].scalars(), index)
+
+    def _brightness(self, gas: Field) -> Field:
+        """Return the luminance that each cube adds to a picture, 0 where it is dark."""
+        light = self._painter.emission(gas) * np.float32(self.scene.grid.cell)
+        bright = light[..., 0] * REC709[0] + light[..., 1] * REC709[1] + light[..., 2] * REC709[2]
+        return as_plane(np.where(bright > _DARK, bright, 0))
+
+    @cached_property
+    def _painter(self) -> Painter:
+        return Painter(self.scene.look, self.scene.heat, self.scene.grid.cell)
+
+    @cached_property
+    def _sight(self) -> Sight:
+        return Sight(self.scene, self.camera)
+
+
+def fluid_camera(
+    source: FluidSource, azimuth: float, elevation: float, distance: float | None = None
+) -> Camera:
+    """Return a camera whose unit of length is the recipe's frame height; angles in degrees.
+
+    ``distance`` is in heights; None for parallel lines of sight.
+    """
+    ready = FIRES[source.fire]
+    return Camera(
+        azimuth=math.radians(azimuth),
+        elevation=math.radians(elevation),
+        width=source.width,
+        height=source.height,
+        origin=(source.width * ready.side, source.height * (1 - ready.foot)),
+        scale=float(source.height),
+        distance=math.inf if distance is None else distance,
+    )
+
+
+def shown_gas(seen: SeenGas, blend_space: str) -> Pixels:
+    """Return what is seen of gas as a camera exposes it, (height, width, 4).
+
+    Smoke has a colour and hides what is behind it; fire adds its light. A client that blends sRGB
+    values blends the colour, as it does with any other thing: the light of thin smoke would be a
+    pale rim.
+    """
+    encoded = as_plane if blend_space == "linear" else encode_unit
+    opacity = _hidden(seen.depth)
+    colour = exposed(as_plane(seen.smoke / np.maximum(opacity, _LEAST_OPACITY)[..., None]))
+    fire = encoded(exposed(seen.fire))
+    shown = 1 - (1 - encoded(colour) * opacity[..., None]) * (1 - fire)
+    coverage = 1 - (1 - opacity) * (1 - fire.max(axis=2))
+    return pixels_of_added(
+        as_plane(shown), as_plane(np.maximum(coverage, shown.max(axis=2))), blend_space
+    )
+
+
+def _hidden(depth: Plane) -> Plane:
+    return as_plane(-np.expm1(-depth))

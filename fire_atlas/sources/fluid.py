@@ -1,0 +1,120 @@
+"""Source ``fluid``: gas that burns, simulated once and rendered as a clip for each view."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from fire_atlas.core.clip import Clip
+from fire_atlas.core.errors import RecipeError
+from fire_atlas.generators.fluid.process import record_apart
+from fire_atlas.generators.fluid.recording import FluidRecording
+from fire_atlas.generators.fluid.renderer import FluidView, fluid_camera
+from fire_atlas.generators.fluid.scene import build_scene, plays_once
+from fire_atlas.generators.rendering import rendered_clip
+from fire_atlas.generators.settings import GenerationSettings
+from fire_atlas.recipe.fluid import FluidSource
+from fire_atlas.sources.frames import Footage
+from fire_atlas.sources.reader import OpeningContext
+
+_LOOKED_AT = 6
+"""Number of frames that are looked at for a fire that leaves the frame, or hardly fills it."""
+
+_LEAVES, _SEEN = 0.25, 0.05
+"""Coverage at a side of the frame from which on a fire is cut there, and from which on a place
+shows fire."""
+
+_LEAST_FILLED = 0.1
+"""Part of the frame's height below which a fire is small in it."""
+
+
+def open_fluid(
+    source: FluidSource, generation: GenerationSettings, context: OpeningContext
+) -> list[Clip]:
+    """Simulate the fire once, and return a clip for each view.
+
+    Args:
+        source: The recipe's ``source``.
+        generation: Seed, wind, timing and views.
+        context: Workers, and the encoding in which the client blends.
+
+    Raises:
+        RecipeError: As ``build_scene``; or the simulation broke.
+    """
+    scene = build_scene(source, generation)
+    recording = context.workers.start(lambda: record_apart(scene, context.workers.jobs)).result()
+    settings = replace(generation, loop=scene.loop)
+    views = generation.views
+    seen = [
+        FluidView(
+            scene,
+            recording,
+            fluid_camera(source, azimuth, views.elevation, views.distance),
+            context.blend_space,
+        )
+        for azimuth in generation.azimuths()
+    ]
+    notes = (*_notes(source, generation), *_of_recording(recording), *_of_frame(seen[0]))
+    return [
+        replace(
+            rendered_clip(view, settings, context.blend_space, ()),
+            notes=notes if k == 0 else (),
+        )
+        for k, view in enumerate(seen)
+    ]
+
+
+def examine_fluid(source: FluidSource, generation: GenerationSettings) -> Footage:
+    """Return what is known of the fire before it is simulated.
+
+    Raises:
+        RecipeError: As ``build_scene``.
+    """
+    build_scene(source, generation)
+    return Footage(
+        generation.frames,
+        (source.width, source.height),
+        generation.fps,
+        True,
+        tuple(_notes(source, generation)),
+    )
+
+
+def _notes(source: FluidSource, generation: GenerationSettings) -> Iterator[str]:
+    if generation.loop and plays_once(source):
+        why = "burning" if source.burning is not None else "blast" if source.blast else "fire"
+        value = getattr(source, why)
+        shown = list(value) if isinstance(value, tuple) else value
+        yield f"plays once, as source.{why}: {shown} begins and ends; its last frame is empty"
+
+
+def _of_recording(recording: FluidRecording) -> Iterator[str]:
+    if recording.repeats is not None:
+        led = ", so its end is led to its beginning" if recording.is_led else " and needs no seam"
+        yield (
+            f"loops: a period apart the fire differs {recording.repeats:.2f} times as much as from "
+            f"frame to frame{led}"
+        )
+
+
+def _of_frame(view: FluidView) -> Iterator[str]:
+    """Yield notes on a fire that the frame cuts, or that is small in it."""
+    count = len(view.recording.volumes)
+    most = np.zeros((view.camera.height, view.camera.width), np.float32)
+    for index in sorted({round(k * (count - 1) / (_LOOKED_AT - 1)) for k in range(_LOOKED_AT)}):
+        np.maximum(most, view.frame(index)[..., 3], out=most)
+    if not (most > _SEEN).any():
+        raise RecipeError(
+            "nothing is to be seen of this fire; use more fuel_rate, heat or smoke",
+            key=("source",),
+        )
+    sides = {"top": most[0], "left side": most[:, 0], "right side": most[:, -1]}
+    cut = [name for name, edge in sides.items() if edge.max() > _LEAVES]
+    if cut:
+        yield (
+            f"the fire leaves the frame at its {' and '.join(cut)}; use less source.radius, "
+            "fuel_rate or lift, or another aspect"
+        )
+    rows = np.flatnonzero((most > _SEEN).any(axis=1))
+    if (rows[-1] + 1 - rows[0]) / len(most) < _LEAST_FILLED:
+        yield "the fire fills less than a tenth of the frame; use more source.radius or fuel_rate"
