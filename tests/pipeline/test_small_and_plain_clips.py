@@ -57,6 +57,16 @@ def test_frames_that_nobody_sees_build(repo: Repo) -> None:
     assert assert_finite(repo) == 0
 
 
+@pytest.mark.parametrize("size", [(269, 512), (384, 269)])
+def test_frames_whose_copies_are_rounded_up_or_down_build(
+    repo: Repo, size: tuple[int, int]
+) -> None:
+    """Of 269 x 512 px a copy of 96 px is 50 high, and one of every second row and column 51."""
+    repo.frames(flame(5, *size))
+    repo.built(repo.recipe())
+    assert_finite(repo)
+
+
 @pytest.mark.parametrize("size", [(1, 1), (2, 3), (1, 40), (40, 1), (5, 5)])
 @pytest.mark.parametrize("count", [1, 2, 5])
 def test_the_smallest_clips_build(repo: Repo, size: tuple[int, int], count: int) -> None:

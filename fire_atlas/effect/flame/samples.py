@@ -92,7 +92,8 @@ def _sample(picture: Picture, segmentation: FlameSegmentation, blend_space: str)
     # A copy shows no more than this of the pixels; to convert them all would take most of the time.
     step = max(1, max(picture.shape[:2]) // (2 * _SIDE))
     columns = np.arange(0, picture.shape[1], step)
-    pixels = shrunk(as_light(picture[::step].take(columns, axis=1)), _SIDE)
+    height, width = segmentation.activity.shape
+    pixels = resized(as_light(picture[::step].take(columns, axis=1)), (width, height))
     plane = brightness(pixels, blend_space)
     flame = segmentation.mask(plane, lambda: pixels)
     return FrameSample(pixels, plane, flame, as_bytes(rows))
