@@ -120,7 +120,9 @@ class Clip:
         solids: ``solids(i)`` returns the light of what stands in the fire, as it is seen through
             the flames of frame i, and the coverage of it, (height, width, 4). Set for fire that is
             made with what stands in it; None means that it is part of the pictures.
-        solid_cover: ``solid_cover(i)`` returns that coverage (height, width) alone, in less time.
+        hidden: ``hidden(i)`` returns how much of what is behind frame i is hidden by smoke and by
+            what stands in the fire, however much light there is, (height, width) 0..1. None means
+            that the pictures tell.
         skipped: If the source has more frames than the clip: by the number of a frame, a source
             frame about halfway between it and the next.
     """
@@ -144,7 +146,7 @@ class Clip:
     depth: FireInDepth | None = None
     smoke: Callable[[int], Plane] | None = None
     solids: Callable[[int], Pixels] | None = None
-    solid_cover: Callable[[int], Plane] | None = None
+    hidden: Callable[[int], Plane] | None = None
 
     @property
     def tiles(self) -> bool:

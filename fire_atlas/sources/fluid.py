@@ -58,6 +58,7 @@ def open_fluid(
     return [
         replace(
             rendered_clip(view, settings, context.blend_space, ()),
+            hidden=view.smoke,
             notes=notes if k == 0 else (),
         )
         for k, view in enumerate(seen)

@@ -117,7 +117,7 @@ def _clip(
     """Return the clip of a view, which knows what stands in its fire."""
     clip = rendered_clip(view, generation, context.blend_space, inputs)
     solids = cached(view.solids, range(clip.count))
-    return replace(clip, solids=solids, solid_cover=view.solid_cover)
+    return replace(clip, solids=solids, hidden=view.solid_cover)
 
 
 def _change(
@@ -140,7 +140,7 @@ def _change(
         count=count,
         picture=lambda k: view().frame((start + 1 + k) % frames),
         solids=lambda k: view().solids((start + 1 + k) % frames),
-        solid_cover=lambda k: view().solid_cover((start + 1 + k) % frames),
+        hidden=lambda k: view().solid_cover((start + 1 + k) % frames),
         loop=False,
         flow=None,
     )

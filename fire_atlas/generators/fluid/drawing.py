@@ -123,6 +123,16 @@ class Painter:
             passed[window] *= kept
         return SeenGas(fire, smoke, depth)
 
+    def smoke_depth(self, gas: Field, size: tuple[int, int], pitch: float) -> Plane:
+        """Return the optical depth of the smoke of gas alone, as ``draw`` does, in less time."""
+        if not self._has_smoke(gas):
+            return np.zeros(size, np.float32)
+        sooty = self._without_weave(gas)[..., SMOKE].sum(axis=0)
+        start = (pitch - 1) / 2
+        move = np.array([[pitch, 0, start], [0, pitch, start]])
+        seen = cv2.warpAffine(as_plane(sooty), move, size[::-1], flags=_CUBIC)
+        return as_plane(np.maximum(seen, 0) * np.float32(self.look.extinction * self.cell))
+
     def _without_weave(self, gas: Field) -> Field:
         """Return gas whose smoke is smooth from cube to cube: edges that are thinner than a cube
         would be steps, and what no step of the simulation sees a pattern of threads."""

@@ -1,7 +1,7 @@
 """The ready fires: what each burns, how it moves and looks. All were tuned by eye at 384 px."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from fire_atlas.generators.fluid.burners import FluidBurner
 from fire_atlas.generators.fluid.combustion import Chemistry
@@ -108,29 +108,6 @@ def _charge(count: int, reach: float, size: float, life: float) -> tuple[FluidBu
     return tuple(lumps)
 
 
-def _muzzle() -> tuple[FluidBurner, ...]:
-    """Return a jet to the right and six thin ones that spray from it to the sides."""
-    ahead = FluidBurner(
-        (0.8, 0, 0),
-        (2.2, 0.6, 0.6),
-        temperature=1.4,
-        speed=15.0,
-        direction=(1, 0, 0),
-        ragged=0.25,
-        pulse=0.0,
-        spread=0.12,
-        grain=0.12,
-        burning=(0.0, 0.07),
-    )
-    sprays = []
-    for k in range(6):
-        turn = 2 * math.pi * (k + 0.25) / 6
-        way = (0.75, 0.66 * math.sin(turn), 0.66 * math.cos(turn))
-        at = (0.7 * way[0], 0.7 * way[1], 0.7 * way[2])
-        sprays.append(replace(ahead, at=at, size=(0.75, 0.42, 0.42), speed=11.0, direction=way))
-    return (ahead, *sprays)
-
-
 FIRES: dict[FireName, ReadyFire] = {
     "campfire": ReadyFire(
         radius=0.2,
@@ -162,13 +139,14 @@ FIRES: dict[FireName, ReadyFire] = {
             ),
         ),
         chemistry=Chemistry(0.9, 0.5, 2.4, 1.4, 0.0, 2.5),
-        forces=Forces(lift=3.0, confinement=0.4, stirring=9.0, drag=0.3),
+        forces=Forces(lift=1.8, confinement=0.4, stirring=7.0, drag=0.3),
         look=Look(emission=260.0, absorption=6.0, hollow=0.4, dense=0.35, extinction=22.0),
-        smoke=0.1,
+        smoke=0.06,
         expansion=3.5,
         foot=0.42,
         side=0.06,
         depth=0.7,
+        thinning=0.2,
         has_ground=False,
     ),
     "explosion": ReadyFire(
@@ -203,21 +181,6 @@ FIRES: dict[FireName, ReadyFire] = {
         foot=0.2,
         depth=0.8,
         thinning=0.4,
-        has_ground=False,
-    ),
-    "muzzle_flash": ReadyFire(
-        radius=0.1,
-        burners=_muzzle(),
-        chemistry=Chemistry(0.2, 3.0, 2.2, 3.0, 0.0, 7.0),
-        forces=Forces(lift=1.0, confinement=0.6, stirring=12.0, drag=1.5),
-        look=Look(emission=80.0, absorption=8.0, hollow=0.0, dense=0.5, hottest=2000.0),
-        smoke=0.01,
-        expansion=2.0,
-        burning=(0.0, 0.07),
-        settling=0.0,
-        foot=0.5,
-        side=0.1,
-        depth=0.7,
         has_ground=False,
     ),
     "smoke": ReadyFire(

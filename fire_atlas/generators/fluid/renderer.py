@@ -70,7 +70,8 @@ class FluidView:
 
     def smoke(self, index: int) -> Plane:
         """Return the share of light (height, width), 0..1, that smoke keeps back in a frame."""
-        return _hidden(self._seen(index).depth)
+        size = self.camera.height, self.camera.width
+        return _hidden(self._painter.smoke_depth(self._gas(index), size, self._sight.pitch))
 
     def seen_by(self, camera: Camera) -> "FluidView":
         """Return the same fire seen by another camera."""

@@ -20,7 +20,6 @@ _OF_READY_FIRES: dict[FireName, FireClass] = {
     "flamethrower": "torch",
     "explosion": "explosion",
     "fireball": "explosion",
-    "muzzle_flash": "gas",
     "smoke": "none",
     "steam": "none",
 }

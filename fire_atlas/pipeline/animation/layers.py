@@ -151,8 +151,8 @@ def _hidden(i: int, flame: Picture, simulated: SimulatedClip, recipe: Recipe) ->
     clip, atlas = simulated.clip, recipe.atlas
     if not atlas.thins or simulated.is_drawn or clip.matte == "none":
         return None
-    if clip.solid_cover is not None:
-        return clip.solid_cover(i)
+    if clip.hidden is not None:
+        return clip.hidden(i)
     if clip.matte == "alpha" and not recipe.maps.smoke:
         return hidden_by_smoke(flame, atlas.blend_space)
     if clip.matte == "luminance" and clip.flow is None:

@@ -257,3 +257,11 @@ def test_a_build_writes_flakes_and_maps_and_says_that_it_plays_once(
     assert {"boom.png", "boom.smoke.png", "boom.normals.png", "boom.depth.png"} <= one.keys()
     tracks = json.loads(one["boom.view_0.flakes.json"])
     assert tracks["loop"] is False and tracks["frame_count"] == 10
+
+
+def test_steam_hides_as_much_as_is_drawn_of_it() -> None:
+    view = fire(fire="steam")
+    for index in (3, 7):
+        drawn = view.frame(index)[..., 3]
+        assert drawn.max() > 0.3
+        assert np.abs(view.smoke(index) - drawn).max() < 0.02
