@@ -136,7 +136,7 @@ def test_learning_from_two_sides_on_the_command_line(repo: Path) -> None:
 @pytest.mark.parametrize(
     ("source", "keys", "message"),
     [
-        ({"kind": "profil"}, {}, "source.kind: must be one of fluid, frames, profile, silk, sprites"),
+        ({"kind": "profil"}, {}, "source.kind: must be one of fluid, frames, profile, silk"),
         ({"slcies": 3}, {}, "source.slcies: unknown key; did you mean source.slices?"),
         (
             {"sampling": "nearest"},
