@@ -647,11 +647,11 @@ def test_an_entry_that_is_sent_slowly_arrives(
     """What takes longer than a server may be silent is no silence. At the end, the system still has
     some MiB to send, of which it tells nothing."""
     address, state = web
-    monkeypatch.setattr("fire_atlas.outputs.cache.store._SILENCE", 8)
-    state.pause = 0.03
+    monkeypatch.setattr("fire_atlas.outputs.cache.store._SILENCE", 16)
+    state.pause = 0.04
     began = time.monotonic()
     open_store(f"{address}/slow").write("0" * 64, lambda file: _write_zeros(file, 32 << 20))
-    assert time.monotonic() - began > 9
+    assert time.monotonic() - began > 17
     assert [len(data) for data in state.files.values()] == [32 << 20]
 
 

@@ -15,6 +15,7 @@ from fire_atlas.formats.atlas.texture_packer import AtlasFile, read_atlas
 from fire_atlas.formats.output_names import animation_stem, flakes_file
 from fire_atlas.preview.blend import blend
 from fire_atlas.preview.cut_frames import cut_frames
+from fire_atlas.recipe.fluid import FluidSource
 from fire_atlas.recipe.load import load_tree
 from fire_atlas.recipe.silk import SilkSource
 from fire_atlas.recipe.tree import read_tree
@@ -103,9 +104,13 @@ def moments(tracks: Any) -> list[float]:
 def test_a_ready_recipe_is_played_as_it_was_built(
     recipe: Path, godot4: Godot4, tmp_path: Path
 ) -> None:
-    is_silk = isinstance(load_tree(read_tree(recipe)).recipe.source, SilkSource)
-    # Their frames are slow to make; a few small ones show as much.
-    settings = ["timeline.frames=6", "source.size=draft"] if is_silk else []
+    source = load_tree(read_tree(recipe)).recipe.source
+    settings = []
+    if isinstance(source, SilkSource | FluidSource):
+        # Their frames are slow to make; a few small ones show as much.
+        settings = ["timeline.frames=6", "source.size=draft"]
+    if isinstance(source, FluidSource):
+        settings.append("source.resolution=draft")
     if recipe.stem == "windy_torch":
         settings = ["views.count=3", "timeline.frames=12"]
     assert_played(godot4, tmp_path, built(recipe, tmp_path, *settings))
