@@ -74,6 +74,6 @@ def made_small(keys: dict[str, Any], height: int, frames: int) -> list[str]:
     extended = presets()[keys["extends"]] if keys.get("extends") in presets() else None
     ready = yaml.safe_load(extended.read_text(encoding="utf-8"))["source"] if extended else {}
     source = {**ready, **keys.get("source", {})}
-    is_silk = source.get("kind") == "silk" and not source.keys() & {"width", "height"}
-    size = "source.size=draft" if is_silk else f"source.height={height}"
+    has_size = source.get("kind") in ("silk", "fluid") and not source.keys() & {"width", "height"}
+    size = "source.size=draft" if has_size else f"source.height={height}"
     return ["--set", size, "--set", f"timeline.frames={frames}"]
