@@ -3,9 +3,12 @@
 import math
 from dataclasses import dataclass, replace
 
+import numpy as np
 import scipy.fft
 
+from fire_atlas.core.easing import smooth_step
 from fire_atlas.core.errors import RecipeError
+from fire_atlas.core.pixels import hex_to_linear
 from fire_atlas.generators.fluid.burners import FluidBurner, Vector
 from fire_atlas.generators.fluid.combustion import Chemistry
 from fire_atlas.generators.fluid.fires import FIRES, Look, ReadyFire
@@ -45,7 +48,6 @@ class Scene:
     Attributes:
         grid: The box.
         corner: Columns and rows of the grid to the left of the frame and above it.
-        size: Columns and rows that the frame covers; the last ones may be cut.
         burners, chemistry, forces, look: What burns, and how it burns, moves and looks.
         heat: Factor of the temperature of what is drawn.
         detail: How far noise displaces what is drawn, 0..1.
@@ -62,7 +64,6 @@ class Scene:
 
     grid: FluidGrid
     corner: tuple[int, int]
-    size: tuple[int, int]
     burners: tuple[FluidBurner, ...]
     chemistry: Chemistry
     forces: Forces
@@ -101,7 +102,7 @@ class Scene:
         if self.loop or self.frames < 2:
             return 1.0
         left = (self.frames - 1 - number) / max(1.0, _VANISHING * (self.frames - 1))
-        return min(1.0, left * left * (3 - 2 * left)) if left < 1 else 1.0
+        return float(smooth_step(np.array(left)))
 
 
 def plays_once(source: FluidSource) -> bool:
@@ -130,7 +131,7 @@ def build_scene(source: FluidSource, settings: GenerationSettings) -> Scene:
             "smoke above 0",
             key=("source", "fuel_rate"),
         )
-    grid, corner, size = _grid(source, ready)
+    grid, corner = _grid(source, ready)
     _check_burners(source, burners, grid, settings.fps)
     chemistry = replace(
         ready.chemistry, life=ready.chemistry.life * max(source.fuel_rate, 0.05), soot=smoke
@@ -145,7 +146,7 @@ def build_scene(source: FluidSource, settings: GenerationSettings) -> Scene:
     if source.smoke_colour is not None:
         look = replace(look, albedo=_linear(source.smoke_colour))
     return Scene(
-        grid, corner, size, burners, chemistry, forces, look, source.heat, source.detail,
+        grid, corner, burners, chemistry, forces, look, source.heat, source.detail,
         ready.expansion, blast * _BLAST, ready.thinning, burning[0] if burning else 0.0,
         settings.wind, settings.seed, settings.frames, settings.fps, loop,
         math.ceil(ready.settling * settings.fps) if loop or not burning else 0,
@@ -194,10 +195,8 @@ def cells_across(source: FluidSource) -> int:
     return source.resolution if isinstance(source.resolution, int) else CELLS[source.resolution]
 
 
-def _grid(
-    source: FluidSource, ready: ReadyFire
-) -> tuple[FluidGrid, tuple[int, int], tuple[int, int]]:
-    """Return the box, and where and how large the frame is in it; see ``Scene``.
+def _grid(source: FluidSource, ready: ReadyFire) -> tuple[FluidGrid, tuple[int, int]]:
+    """Return the box, and where the frame begins in it; see ``Scene.corner``.
 
     The frame's top left corner is one of cubes, so that what is seen from the front need not be
     interpolated. The sides of the box are lengths of which transforms are fast.
@@ -223,7 +222,7 @@ def _grid(
     foot = min(foot, rows) if ready.has_ground else foot
     origin = (left + ready.side * aspect / cell, foot, layers / 2)
     grid = FluidGrid((layers, rows, columns), cell, origin, ready.has_ground)
-    return grid, (left, top), (wide, min(high, rows - top))
+    return grid, (left, top)
 
 
 def _fast(length: int) -> int:
@@ -271,7 +270,5 @@ def _check_burners(
 
 def _linear(colour: str) -> tuple[float, float, float]:
     """Return the linear light of a colour like ``#808080``."""
-    from fire_atlas.core.pixels import hex_to_linear
-
     red, green, blue = hex_to_linear([colour])[0].tolist()
     return (red, green, blue)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fire_atlas.core.chance import RandomStream, generator
+from fire_atlas.core.easing import smooth_step
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.core.workers import Workers
 from fire_atlas.effect.field.wind import LEVEL_SPEED, wind_velocity
@@ -133,8 +134,7 @@ def border_fading(grid: FluidGrid, top: float) -> Field:
         if axis == 1:
             first = place / (width + top / grid.cell)
             last = last if not grid.has_ground else np.ones_like(last)
-        share = np.clip(np.minimum(first, last), 0, 1)
-        smooth = (share * share * (3 - 2 * share)).astype(np.float32)
+        smooth = smooth_step(np.minimum(first, last)).astype(np.float32)
         fading *= smooth.reshape([-1 if k == axis else 1 for k in range(3)])
     return fading
 

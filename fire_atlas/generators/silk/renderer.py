@@ -508,7 +508,7 @@ class SilkView:
         return np.dstack([solid.light, solid.coverage])
 
     def solid_cover(self, index: int) -> Plane:
-        """Return that coverage (height, width) alone."""
+        """Return the coverage (height, width) of what stands in the fire."""
         return self.renderer.solid_cover(index, self.camera)
 
 
