@@ -118,7 +118,13 @@ def _assigned(divided: dict[int, list[Frames]], room: Room) -> list[_Page]:
 
 
 def _largest_first(runs: Iterable[_Run], room: Room) -> list[_Run]:
-    return sorted(runs, key=lambda run: room.area(run.frames), reverse=True)
+    """Return runs by their areas; of those of one area, the sizes of their frames decide, not the
+    order in which they come."""
+
+    def size(run: _Run) -> tuple[int, list[tuple[int, int]]]:
+        return room.area(run.frames), sorted(map(room.size, run.frames))
+
+    return sorted(runs, key=size, reverse=True)
 
 
 def _frames_on(page: Iterable[_Run]) -> frozenset[int]:

@@ -79,12 +79,21 @@ def pack(
     return _packing([room.page(frames) for frames in assignment.pages], assignment, animations)
 
 
-def packed_pages(
-    sizes: Sequence[Size], animations: Sequence[Sequence[int]], rules: PageRules
-) -> int:
-    """Return how many pages ``pack`` needs at most, without looking for the smallest of them."""
+def fits_pages(
+    sizes: Sequence[Size], animations: Sequence[Sequence[int]], rules: PageRules, pages: int
+) -> bool:
+    """Return whether ``pack`` surely needs no more than so many ``pages``.
+
+    Only what their area does not tell is packed, and the smallest pages are not looked for.
+    """
     padded = [(width + rules.padding, height + rules.padding) for width, height in sizes]
-    return len(assign(animations, _PackedRoom(padded, rules, _FIRST_TRIES)).pages)
+    room = _PackedRoom(padded, rules, _FIRST_TRIES)
+    shown = frozenset(frame for frames in animations for frame in frames)
+    if room.area(shown) > pages * room.capacity:
+        return False
+    if pages == 1:
+        return room.holds(shown)
+    return len(assign(animations, room).pages) <= pages
 
 
 def _packing(

@@ -29,7 +29,7 @@ from fire_atlas.atlas.sheet import (
 )
 from fire_atlas.atlas.trim import Trim, part_of, trim_rects, up_to, visible_rect
 from fire_atlas.core.errors import OutputError
-from fire_atlas.core.named_sprite import Border, NamedSprite
+from fire_atlas.core.named_sprite import Border, NamedSprite, refuse_equal_names
 from fire_atlas.recipe.output import Atlas, Pivot
 
 _Content: TypeAlias = tuple[int, int, int, int, int, int, bytes]
@@ -74,7 +74,7 @@ def build_sheets(
     listed = _listed(name, animations)
     others = [_with_frame_names(still, f"{name}/{still.name}") for still in (*singles, *textures)]
     names = [frame for named in (*listed, *others) for frame in named.frames]
-    _refuse_equal(names)
+    refuse_equal_names(names)
     _refuse_too_large(names, parts, units)
     if settings.grid is not None:
         _refuse_too_many_cells(parts, settings, units)
@@ -227,16 +227,6 @@ def _content(sprite: Sprite, rect: Rect) -> _Content:
     return rect.width, rect.height, x + lit.x, y + lit.y, lit.width, lit.height, digest
 
 
-def _refuse_equal(names: Sequence[str]) -> None:
-    """Refuse frames of several recipes that have one name."""
-    for name, count in Counter(names).items():
-        if count > 1:
-            raise OutputError(
-                f"{count} frames on these pages are called {name}; rename the file of one, or pack "
-                f"its recipe on pages of its own"
-            )
-
-
 def _refuse_too_large(names: Sequence[str], parts: Sequence[Rect], units: PackingUnits) -> None:
     edge, largest = units.edge + units.rules.border * units.px, units.rules.largest * units.px
     for name, part in zip(names, parts, strict=True):
@@ -263,7 +253,7 @@ def _refuse_too_many_cells(parts: Sequence[Rect], settings: Atlas, units: Packin
     if needed <= most:
         return
     whole = PageFrames(tuple((part.width, part.height) for part in parts), (range(len(parts)),))
-    percent = largest(lambda n: whole.scaled(n / 100).pages(settings) < math.inf, 1, 99)
+    percent = largest(lambda n: whole.scaled(n / 100).fit(settings, len(parts)), 1, 99)
     smaller = f"make the frames {percent} % as high with `source.height` or `source.size`"
     remedies = [
         *([f"raise `atlas.max_size` to {needed}"] if needed <= settings.largest_size else []),

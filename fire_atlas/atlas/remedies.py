@@ -6,13 +6,16 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 from fire_atlas.atlas.grid import grid_pages
-from fire_atlas.atlas.pack import packed_pages
+from fire_atlas.atlas.pack import fits_pages
 from fire_atlas.atlas.page_rules import PackingUnits, Size
 from fire_atlas.atlas.sheet import AtlasSheet, Region
 from fire_atlas.recipe.output import Atlas
 
 _STEP = 1.05
 """Factor between the sides of pages that are tried."""
+
+_COARSE = 1.02
+"""Factor between heights and numbers of frames that are tried, from the largest down."""
 
 _GROWTH = 1.02
 """Frames that are made anew, smaller or fewer, may be this much larger than those that there are:
@@ -90,17 +93,30 @@ class PageFrames:
         """The indices of all frames."""
         return {frame for frames in (*self.animations, *self.others) for frame in frames}
 
-    def pages(self, settings: Atlas) -> float:
-        """Return how many pages they need at most; infinity if none can hold them."""
+    def could_fit(self, settings: Atlas, pages: int) -> bool:
+        """Return whether so many ``pages`` have the area that they take."""
+        rules = PackingUnits.of(settings).rules
+        area = sum(
+            (width + rules.padding) * (height + rules.padding)
+            for width, height in (
+                PackingUnits.of(settings).size(*self.sizes[frame]) for frame in self.shown
+            )
+        )
+        return area <= pages * rules.room(rules.largest) ** 2
+
+    def fit(self, settings: Atlas, pages: int) -> bool:
+        """Return whether so many ``pages`` surely hold them."""
         rules = PackingUnits.of(settings).rules
         sizes = [PackingUnits.of(settings).size(*size) for size in self.sizes]
         if (
             max(max(sizes[frame]) for frame in self.shown)
             > rules.room(rules.largest) - rules.padding
         ):
-            return math.inf
-        count = grid_pages if settings.layout == "grid" else packed_pages
-        return count(sizes, [*self.animations, *self.others], rules)
+            return False
+        animations = [*self.animations, *self.others]
+        if settings.layout == "grid":
+            return grid_pages(sizes, animations, rules) <= pages
+        return fits_pages(sizes, animations, rules, pages)
 
 
 def split_animations(sheet: AtlasSheet) -> list[int]:
@@ -120,7 +136,7 @@ def sufficient_size(frames: PageFrames, settings: Atlas, pages: int = 1) -> int 
     area = sum(math.prod(frames.sizes[i]) for i in frames.shown) / pages
     side = max(rules.largest + 1, math.isqrt(round(area)) // units.px)
     while (size := rules.side(side) * units.px) <= settings.largest_size:
-        if frames.pages(settings.model_copy(update={"max_size": size})) <= pages:
+        if frames.fit(settings.model_copy(update={"max_size": size}), pages):
             return size
         side = math.ceil(rules.side(side) * _STEP)
     return None
@@ -140,3 +156,18 @@ def largest(holds: Callable[[int], bool], least: int, most: int) -> int | None:
         else:
             most = middle - 1
     return least
+
+
+def nearly_largest(
+    holds: Callable[[int], bool], could: Callable[[int], bool], least: int, most: int
+) -> int | None:
+    """Return a number from ``least`` to ``most`` that ``holds``, at most 2 % below the largest.
+
+    ``holds`` takes long, and no number holds that ``could`` not. None if ``least`` does not hold.
+    """
+    tried = largest(could, least, most)
+    while tried is not None and not holds(tried):
+        if tried == least:
+            return None
+        tried = max(least, min(tried - 1, math.floor(tried / _COARSE)))
+    return tried

@@ -1,8 +1,12 @@
 """What a sprite of the user's has of its own, and the frames of a clip have in common."""
 
 import math
+from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
+
+from fire_atlas.core.errors import OutputError
 
 
 class Border(NamedTuple):
@@ -31,3 +35,17 @@ class NamedSprite:
     name: str
     pivot: tuple[float, float] | None = None
     border: Border | None = None
+
+
+def refuse_equal_names(names: Iterable[str]) -> None:
+    """Refuse frames of several recipes that have one name.
+
+    Raises:
+        OutputError: With the name.
+    """
+    for name, count in Counter(names).items():
+        if count > 1:
+            raise OutputError(
+                f"{count} frames on these pages are called {name}; rename the file of one, or pack "
+                f"its recipe on pages of its own"
+            )

@@ -38,6 +38,21 @@ class Engine(Protocol):
     def problems(self, recipe: Recipe) -> Iterator[Problem]:
         """Yield a problem for each setting of a recipe that the engine cannot show or import."""
 
+    def refuse_names(
+        self, build: str, animations: Sequence[str], frames: Sequence[str], singles: Sequence[str]
+    ) -> None:
+        """Refuse names that the engine, or its files, cannot tell apart.
+
+        Args:
+            build: Name of the build.
+            animations: Names of its animations.
+            frames: Names of their frames.
+            singles: Names of sprites that no animation plays.
+
+        Raises:
+            OutputError: With two such names.
+        """
+
     def export(self, product: "Product", export: Export) -> Iterator[OutputFile]:
         """Yield the files of an export."""
 

@@ -288,7 +288,8 @@ class Flakes(Settings):
     """``auto``: the one colour of glowing embers, which film shows as dark red where they are dim,
     and as orange, yellow and nearly white the brighter they are; by ``style`` also the flame's own
     colours, or greys. Or colours from slow to fast flakes, sRGB hex (Figure 9); that is the default
-    of ``features.preset: paper``."""
+    of ``features.preset: paper``. Pixel sparks go through several as they die, from the last to the
+    first."""
     intensity: float = Field(default=1.0, ge=0, le=1000)
     """Multiplier of the flakes' light, linear. At 1, a medium one gives 0.75 at its brightest;
     others are many times as bright or as dim. Film shows x as x / (1 + x)."""

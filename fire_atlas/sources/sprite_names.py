@@ -66,10 +66,19 @@ class SpriteList:
     notes: tuple[str, ...]
 
     @property
+    def played(self) -> tuple[int, ...]:
+        """The numbers of the sprites that belong to an animation, as these are played."""
+        return tuple(i for frames in self.animations.values() for i in frames)
+
+    @property
     def single(self) -> tuple[int, ...]:
         """The numbers of the sprites that belong to no animation."""
-        played = {i for frames in self.animations.values() for i in frames}
+        played = set(self.played)
         return tuple(i for i in range(len(self.files)) if i not in played)
+
+    def names(self, numbers: Iterable[int]) -> list[str]:
+        """Return the names of the sprites with these ``numbers``."""
+        return [self.files[i].sprite.name for i in numbers]
 
 
 def sprites_source(loaded: LoadedRecipe) -> SpritesSource:

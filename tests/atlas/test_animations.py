@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from fire_atlas.atlas.drawing import Edges, draw_page
 from fire_atlas.atlas.encode import encode_sprites
 from fire_atlas.atlas.grid import grid_pages, pack_grid
-from fire_atlas.atlas.pack import Packing, pack, packed_pages
+from fire_atlas.atlas.pack import Packing, fits_pages, pack
 from fire_atlas.atlas.page_rules import PageRules, Size
 from fire_atlas.atlas.pages import build_sheets
 from fire_atlas.atlas.remedies import PageFrames, split_animations, sufficient_size
@@ -96,6 +96,14 @@ def test_every_frame_has_its_own_place_under_any_rules(
 @settings(max_examples=30, deadline=None)
 @given(animations=small_animations, seed=st.integers(0, 99))
 @example([[(1, 1)], [(28, 25)], [(37, 40)]], 0)
+@example(  # two of one area
+    [
+        [(1, 7), (1, 40), (2, 12), (3, 30), (5, 15), (6, 23), (40, 40)],
+        [(1, 1)],
+        [(2, 23), (4, 15), (5, 40), (6, 16), (8, 33), (12, 35), (16, 24), (18, 28)],
+    ],
+    0,
+)
 def test_the_order_of_animations_does_not_decide_which_share_a_page(
     animations: list[list[Size]], seed: int
 ) -> None:
@@ -204,12 +212,12 @@ def test_pages_of_a_grid_are_as_small_as_the_animations_allow() -> None:
 
 @settings(max_examples=20, deadline=None)
 @given(animations=small_animations, rules=rules_of_pages)
-def test_pages_are_no_more_than_those_foretold(
-    animations: list[list[Size]], rules: PageRules
-) -> None:
+def test_frames_that_are_said_to_fit_do(animations: list[list[Size]], rules: PageRules) -> None:
     sizes = [size for each in animations for size in each]
-    foretold = packed_pages(sizes, numbered(animations), rules)
-    assert len(pack(sizes, numbered(animations), rules).pages) <= foretold
+    needed = len(pack(sizes, numbered(animations), rules).pages)
+    fitting = [fits_pages(sizes, numbered(animations), rules, n) for n in range(1, needed + 3)]
+    assert not any(fitting[: needed - 1])
+    assert fitting == sorted(fitting) and fitting[-1]
 
 
 HARD_TO_FIT = [
@@ -233,7 +241,7 @@ def test_a_page_of_the_size_that_is_advised_is_large_enough(
 ) -> None:
     atlas = Atlas.model_validate({"max_size": 64, "dedupe": False, **keys})
     frames = PageFrames(tuple(sizes), (range(len(sizes)),))
-    if frames.pages(atlas) <= pages:
+    if frames.fit(atlas, pages):
         return
     size = sufficient_size(frames, atlas, pages)
     assert size is not None and size > 64

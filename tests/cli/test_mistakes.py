@@ -3,6 +3,7 @@
 ``check`` and ``build`` say the same, and neither begins to work.
 """
 
+import shutil
 from pathlib import Path
 
 import pytest
@@ -244,6 +245,26 @@ MISTAKES: dict[str, tuple[int, str, str]] = {
         "source: {path: clip}\nexports: [{template: list.j2, to: '{{ name'}]\n",
         "fire.yaml:2: exports.0: *list.j2",
     ),
+    "sprites of one CSS class": (
+        1,
+        "source: {kind: sprites, path: [icons/a.b.png, icons/a-b.png]}\nexports: [json, css]\n",
+        "fire.yaml:2: exports.1: css cannot tell the sprite a.b and the sprite a-b apart",
+    ),
+    "sprites of one file in Godot": (
+        1,
+        "source: {kind: sprites, path: icons}\nexports:\n  - json\n  - godot\n",
+        "fire.yaml:4: exports.1: godot cannot tell the sprites a/b and a-b apart",
+    ),
+    "sprites of one name in Unity": (
+        1,
+        "source: {kind: sprites, path: icons}\nexports: [unity]\n",
+        "fire.yaml:2: exports.0: unity cannot tell the frames 'a/b' and 'a_b' apart",
+    ),
+    "members with sprites of one name": (
+        1,
+        "atlas: {members: [icons.yaml, others.yaml]}\n",
+        "fire.yaml: 2 frames on these pages are called a-b",
+    ),
     "a member that is not there": (
         2,
         "source: {path: clip}\natlas: {members: [no.yaml]}\n",
@@ -313,6 +334,12 @@ def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "sizes" / "large.png").write_bytes(
         (shipped("samples") / "campfire" / "0000.png").read_bytes()
     )
+    (folder / "icons" / "a").mkdir(parents=True)
+    for name in ("a.b", "a-b", "a_b", "a/b"):
+        shutil.copy(shipped("samples") / "campfire" / "0000.png", folder / "icons" / f"{name}.png")
+    for name in ("icons", "others"):
+        path = "icons" if name == "icons" else "icons/a-b.png"
+        (folder / f"{name}.yaml").write_text(f"source: {{kind: sprites, path: {path}}}\n")
     (folder / "list.j2").write_text("{% for frame in frames %}{{ frame.name }}{% endfor %}")
     return folder
 

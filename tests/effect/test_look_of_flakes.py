@@ -9,7 +9,13 @@ from numpy.typing import NDArray
 
 from fire_atlas.atlas.encode import encode_sprite
 from fire_atlas.core.clip import Clip
-from fire_atlas.core.pixels import decode_bytes, encode_bytes, expose, unpremultiply
+from fire_atlas.core.pixels import (
+    decode_bytes,
+    encode_bytes,
+    expose,
+    hex_to_srgb,
+    unpremultiply,
+)
 from fire_atlas.core.workers import Workers
 from fire_atlas.effect.flakes.drawing import add_glow
 from fire_atlas.effect.flakes.layer import FlakeLight
@@ -19,10 +25,15 @@ from fire_atlas.pipeline.animation.layers import Layers, compose_layers, draw
 from fire_atlas.recipe.effect import Flakes
 from tests.support.clips import campfire, clip_of, looped, open_clip, real
 from tests.support.effect import (
+    AGE,
     ID,
+    LIFE,
     A,
     Array,
+    B,
     EffectRun,
+    G,
+    R,
     X,
     Y,
     context_of,
@@ -152,6 +163,20 @@ def test_a_glow_in_the_colours_of_the_clip_is_no_patch() -> None:
     for i in (20, 40):
         covered = [np.mean(effect.finished(i)[..., 3] == 1) for effect in (plain, soft)]
         assert covered[1] < covered[0] + 0.05
+
+
+@pytest.mark.parametrize("name", ["pixel_art", real("cartoon_freedoom_fire")])
+def test_pixel_sparks_go_through_the_flames_colours_as_they_die(name: str) -> None:
+    flakes = {"style": "pixel", "edge": "crop", "rate": 60}
+    effect = run_effect(open_clip(name), {"flakes": flakes, "motion_blur": "none"})
+    assert isinstance(effect.recipe.flakes, Flakes) and effect.recipe.flakes.colors != "auto"
+    stops = [tuple(colour) for colour in hex_to_srgb(effect.recipe.flakes.colors).tolist()]
+    rows = np.concatenate(effect.tracks.frames)
+    light = np.asarray(rows[:, [R, G, B]] * rows[:, [A]], np.float32)
+    shown = np.array([stops.index(tuple(c)) for c in encode_bytes(expose(light)).tolist()])
+    left = 1 - rows[:, AGE] / rows[:, LIFE]  # of its life: the last colour is that of the young
+    assert (shown == np.ceil(left * len(stops)) - 1).mean() > 0.99  # but for rounding at the steps
+    assert len(rows) > 100
 
 
 @pytest.mark.parametrize("edge", ["fade", "crop"])

@@ -150,7 +150,7 @@ _RECIPES: dict[str, dict[str, Any]] = {
         "views": {"count": 3, "elevation": 10},
         "timeline": {"frames": 12},
         "atlas": {"scales": [1, 0.5], "alpha": "premultiplied"},
-        "maps": {"flame": True},
+        "maps": {"flame": True, "normals": True, "depth": True},
         **_NOT_STRAIGHT,
     },
     "silk_parts": {
@@ -175,6 +175,59 @@ _RECIPES: dict[str, dict[str, Any]] = {
     "learnt": {
         "source": {"kind": "profile", "path": "candle.profile.json", "height": 96},
         "timeline": {"frames": 16, "loop": "none"},
+    },
+    "meshes": {
+        "source": _SMALL,
+        "atlas": {"mesh": {"vertices": 8}},
+        "exports": ["json", "godot", "unity"],
+    },
+    "heat": {
+        "source": _SMALL,
+        "atlas": {"pixels": "heat", "ramp": ["learnt", "soul"]},
+        "exports": ["json", "godot", "unity"],
+    },
+    "heat4": {
+        "source": _SMALL,
+        "atlas": {"pixels": "heat4", "alpha": "additive"},
+        "exports": ["json"],
+    },
+    "ramps": {"source": _SMALL, "composite": {"ramp": ["soul", "gas"]}, **_EVERY_FORMAT},
+    "every_map": {
+        "source": {"path": "explosion", "fps": 24, "height": 120},
+        "timeline": {"loop": "none"},
+        "atlas": {"alpha": "premultiplied"},
+        "maps": {"motion": "godot", "flame": True, "flakes": True, "haze": True, "smoke": True},
+        "exports": ["json", "godot", "unity"],
+    },
+    "gpu": {
+        "source": _SMALL,
+        "atlas": {"gpu": ["bc7.dds", "astc-6x6.ktx2", "etc2.ktx2"], "alpha": "premultiplied"},
+    },
+    "cover_full": {"source": _SMALL, "atlas": {"alpha": "premultiplied", "cover": "full"}},
+    "levels_of_wind": {
+        "source": {"kind": "profile", "path": "torch.gif", "height": 96},
+        "wind": {"levels": [0, 3]},
+        "timeline": {"frames": 12, "fps": 12},
+        **_SEVERAL,
+    },
+    "sprites": {
+        "source": {"kind": "sprites", "path": ["campfire", "pixel_flame.png"]},
+        "exports": ["json", "godot", "unity", "css"],
+    },
+    "silk_tile": {
+        "source": {
+            **_SILK,
+            "width": 96,
+            "sheets": [{"arrangement": "line", "tile": True, "count": 5}],
+        },
+        "timeline": {"frames": 10},
+    },
+    "gas": {
+        "source": {"kind": "fluid", "height": 96, "resolution": "draft", "radius": 0.25},
+        "views": {"count": 2},
+        "timeline": {"frames": 8},
+        "maps": {"smoke": True},
+        **_SEVERAL,
     },
     "member_a": {"source": _SMALL, "exports": []},
     "member_b": {"source": {"path": "torch.gif", "count": 12}, "flakes": "none", "exports": []},

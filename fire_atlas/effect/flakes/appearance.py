@@ -76,6 +76,9 @@ graded darker than their red, and would still show all that an ember adds to the
 _PIXEL_SHADES = 3
 """Number of brightness steps of hard flakes."""
 
+_BRIGHTEST_SHOWN = 0.98
+"""Light up to which a colour of pixel art is met: film shows 1 of endless light alone."""
+
 _EVEN_LIGHT, _EVEN_HELD = 5.0, 0.225
 """Light of all flakes where none is brighter than another, and the fraction of its life from which
 each dies: about the means of those that differ."""
@@ -96,7 +99,8 @@ class Appearance:
 
     Attributes:
         seed: The recipe's seed.
-        colours: (stops, 3) linear light by speed, slow to fast; one stop for one colour.
+        colours: (stops, 3) linear light by speed, slow to fast, of hard squares by age, old to
+            young; one stop for one colour.
         intensity: Factor of the light of all flakes.
         stretch: Streak length besides motion blur, in frames of travel.
         shutter: Fraction of a frame during which the shutter is open.
@@ -353,13 +357,18 @@ def _table(
         # Spread over pixels and by the lens, the light stays the same in sum.
         light *= (own_size + longer) * own_size
         light /= (size + longer) * size * (1 + _DIMMED_BY_LENGTH * stretch)
+    full = (_FULL_SPEED_OF_PAPER if look.is_even else _FULL_SPEED) * height
+    colour = colour_by_speed(state.smoothed_speed / full, look.colours) * embers.light.take(ids)
+    if look.art is not None and len(look.colours) > 1:
+        light, colour = (
+            np.ones_like(size),
+            look.intensity * colour_by_age(state.age / life, look.colours),
+        )
     if look.fades:
         is_soft = look.art is None and look.texture is None
         halo = size * HALO_WIDTH if is_soft else size
         half_length = (size * (stretch - 1) + halo) / 2
         light = light * _border_fade(state, half_length, travel, look)
-    full = (_FULL_SPEED_OF_PAPER if look.is_even else _FULL_SPEED) * height
-    colour = colour_by_speed(state.smoothed_speed / full, look.colours) * embers.light.take(ids)
     # Each column is contiguous in memory, because tables are read by column.
     return np.stack([
         ids, state.x, state.y, state.vx, state.vy, size, stretch,
@@ -412,6 +421,21 @@ def colour_by_speed(speed: NDArray[np.float64], stops: NDArray[np.float64]) -> N
     at = np.clip(speed, 0, 1) * (len(stops) - 1)
     known = np.arange(len(stops))
     return np.stack([np.interp(at, known, stops[:, c]) for c in range(3)])
+
+
+def colour_by_age(
+    age_share: NDArray[np.float64], stops: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Light (3, flakes), linear, that film shows as exactly one of the ``stops``: as the last of
+    them at birth, as the first before a flake dies.
+
+    Args:
+        age_share: (flakes,) age of each flake, in lives.
+        stops: (stops, 3) linear light, from dark to bright.
+    """
+    left = np.ceil((1 - np.clip(age_share, 0, 1)) * len(stops)) - 1
+    shown = np.minimum(stops, _BRIGHTEST_SHOWN)[np.maximum(left, 0).astype(np.intp)]
+    return np.asarray((shown / (1 - shown)).T, np.float64)  # the inverse of ``expose``
 
 
 def spawn_table(

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.engines.engine import Addon, Engine
 from fire_atlas.engines.godot.files import godot_files
+from fire_atlas.engines.godot.names import single_stems, titles
 from fire_atlas.formats.output_names import OutputNames
 from fire_atlas.formats.problems import upright_only
 from fire_atlas.recipe.models import Recipe
@@ -27,6 +28,13 @@ class _Godot(Engine):
     def problems(self, recipe: Recipe) -> Iterator[Problem]:
         """Yield a problem if frames may be rotated."""
         return upright_only(recipe.atlas, recipe.exports, "godot")
+
+    def refuse_names(
+        self, build: str, animations: Sequence[str], frames: Sequence[str], singles: Sequence[str]
+    ) -> None:
+        """Refuse animations of one name in the editor, and single sprites of one file."""
+        titles(animations)
+        single_stems(build, singles)
 
     def export(self, product: "Product", export: Export) -> Iterator[OutputFile]:
         """Yield sprite frames, scenes, scripts and import settings."""

@@ -11,6 +11,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from fire_atlas.core.errors import OutputError
+from fire_atlas.core.output_file import as_file_name, is_portable
 
 if TYPE_CHECKING:  # names are needed where a build is taken from a cache, and pixels are not
     from fire_atlas.formats.product import Product
@@ -92,11 +93,34 @@ def titles(animations: Iterable[str]) -> dict[str, str]:
             raise OutputError(
                 f"godot cannot tell the animations {other} and {animation} apart: its "
                 f"editor allows no `/` and `,`, so both would be called {title}; rename the files "
-                f"of one",
-                key=("exports",),
+                f"of one"
             )
         made[animation] = title
     return made
+
+
+def single_stems(sheet: str, singles: Iterable[str]) -> dict[str, str]:
+    """Return the file stems of the single sprites of a sheet, by their names, whose ``/`` is ``-``.
+
+    Raises:
+        OutputError: Two would be one file, or a name is too long for one.
+    """
+    stems, taken = dict[str, str](), dict[str, str]()
+    for name in singles:
+        stem = f"{sheet}.{name.replace('/', '-')}"
+        other = taken.setdefault(as_file_name(stem), name)
+        if other != name:
+            raise OutputError(
+                f"godot cannot tell the sprites {other} and {name} apart: the file of both would "
+                f"be {stem}{SPRITE_ENDING}; rename the file of one of them"
+            )
+        if not is_portable(stem + BOX_ENDING):
+            raise OutputError(
+                f"godot needs a file for the sprite {name}, whose name is too long for one; "
+                f"rename it"
+            )
+        stems[name] = stem
+    return stems
 
 
 def without_view(animation: str) -> str:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.engines.engine import Addon, Engine
 from fire_atlas.engines.unity.files import unity_files
+from fire_atlas.engines.unity.names import file_stems, sprite_names, state_names
 from fire_atlas.formats.output_names import OutputNames
 from fire_atlas.formats.problems import upright_only
 from fire_atlas.recipe.models import Recipe
@@ -31,6 +32,14 @@ class _Unity(Engine):
         if recipe.atlas.format == "webp":
             for path, _ in exports_called(recipe.exports, "unity"):
                 yield Problem(path, "unity does not import atlas.format webp; set it to png")
+
+    def refuse_names(
+        self, build: str, animations: Sequence[str], frames: Sequence[str], singles: Sequence[str]
+    ) -> None:
+        """Refuse sprites, states or files of one name."""
+        sprite_names([*frames, *singles])
+        state_names(animations)
+        file_stems(build, animations)
 
     def export(self, product: "Product", export: Export) -> Iterator[OutputFile]:
         """Yield assets with their ``.meta``."""

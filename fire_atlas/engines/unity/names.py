@@ -107,7 +107,6 @@ def _require_distinct(names: dict[str, str], what: str) -> dict[str, str]:
         if other != name:
             raise OutputError(
                 f"unity cannot tell the {what} {other!r} and {name!r} apart: both would "
-                f"be called {made!r} there; rename the files of one of them",
-                key=("exports",),
+                f"be called {made!r} there; rename the files of one of them"
             )
     return names

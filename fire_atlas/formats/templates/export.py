@@ -6,7 +6,7 @@ own, which gets only the context and has limits on memory and time.
 
 import json
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -35,23 +35,29 @@ def export_css(sheet: AtlasSheet, density: float = 1.0) -> Iterator[OutputFile]:
     Raises:
         OutputError: Two of them would be one class.
     """
-    _refuse_equal_classes(sheet)
+    animations = [animation.name for animation in sheet.animations]
+    refuse_equal_classes(animations, [region.name for region in sheet.placed])
     ending = "" if sheet.scale == 1 else f"-at-{sheet.scale:g}x".replace(".", "-")
     text = rendered("sprites.css.j2", **context_of(sheet), ending=ending, density=density)
     yield OutputFile(sheet.file(0, EXPORTS["css"].ending), "atlas", text.encode())
 
 
-def _refuse_equal_classes(sheet: AtlasSheet) -> None:
+def refuse_equal_classes(animations: Iterable[str], frames: Iterable[str]) -> None:
+    """Refuse names of animations and frames of which two would be one CSS class.
+
+    Raises:
+        OutputError: With both names.
+    """
     taken = dict[str, str]()
-    played = (f"animation {animation.name}" for animation in sheet.animations)
-    shown = (f"sprite {region.name}" for region in sheet.placed)
+    played = (f"animation {name}" for name in animations)
+    shown = (f"sprite {name}" for name in frames)
     for title in (*played, *shown):
         css_class = identifier(title.partition(" ")[2])
         other = taken.setdefault(css_class, title)
         if other != title:
             raise OutputError(
-                f"exports: css cannot tell the {other} and the {title} apart: the class of both "
-                f"would be .{css_class}; rename the files of one of them"
+                f"css cannot tell the {other} and the {title} apart: the class of both would be "
+                f".{css_class}; rename the files of one of them"
             )
 
 

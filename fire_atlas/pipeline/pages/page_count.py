@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from fire_atlas.atlas.page_rules import Size
 from fire_atlas.atlas.remedies import (
     PageFrames,
-    largest,
+    nearly_largest,
     split_animations,
     sufficient_size,
 )
@@ -86,19 +86,28 @@ def _remedies(
             is_alike = is_footage and (other >= ROOMY or recipe.flakes == "none")
             return frames if is_alike else frames.untrimmed((width, height))
 
+        def scaled_to(smaller: int) -> PageFrames:
+            return made_at(smaller).scaled(smaller / height)
+
         def fits_at(smaller: int) -> bool:
-            return made_at(smaller).scaled(smaller / height).pages(atlas) <= pages
+            return scaled_to(smaller).fit(atlas, pages)
+
+        def could_at(smaller: int) -> bool:
+            return scaled_to(smaller).could_fit(atlas, pages)
 
         if name := _smaller_size(recipe.source, height, fits_at):
             yield f"source.size: {name}"
-        elif smaller := largest(fits_at, _LEAST_HEIGHT, height - 1):
+        elif smaller := nearly_largest(fits_at, could_at, _LEAST_HEIGHT, height - 1):
             yield _as_high(recipe.source, size, smaller) + as_many
         if recipe.timeline.tail is False and not recipe.wind.levels:
 
             def fits_with(count: int) -> bool:
-                return made_at(height).shortened(count).pages(atlas) <= pages
+                return made_at(height).shortened(count).fit(atlas, pages)
 
-            if fewer := largest(fits_with, _LEAST_FRAMES, most - 1):
+            def could_with(count: int) -> bool:
+                return made_at(height).shortened(count).could_fit(atlas, pages)
+
+            if fewer := nearly_largest(fits_with, could_with, _LEAST_FRAMES, most - 1):
                 # A pingpong has an even number of frames.
                 yield f"timeline.frames: {fewer - fewer % 2}{as_high}"
     if max_size := sufficient_size(frames, atlas, pages):
