@@ -3,6 +3,7 @@
 Which animations share a page, and the places there, do not depend on the order in which they come.
 """
 
+import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -72,10 +73,11 @@ def pack(
             on_one = tuple(dict.fromkeys(frames, 0) for frames in animations)
             return _packing([page], Assignment((frozenset(everything),), on_one), animations)
     assignment = assign(animations, room)
-    # Fuller pages may leave frames that fit together worse.
-    quick = _PackedRoom(padded, rules, _FIRST_TRIES)
-    if len((other := assign(animations, quick)).pages) < len(assignment.pages):
-        room, assignment = quick, other
+    if len(assignment.pages) > math.ceil(room.area(everything) / room.capacity):
+        # Fuller pages may leave frames that fit together worse.
+        quick = _PackedRoom(padded, rules, _FIRST_TRIES)
+        if len((other := assign(animations, quick)).pages) < len(assignment.pages):
+            room, assignment = quick, other
     return _packing([room.page(frames) for frames in assignment.pages], assignment, animations)
 
 

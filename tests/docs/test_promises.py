@@ -7,6 +7,7 @@ import pytest
 from fire_atlas.recipe.keys import all_keys, blocks_at, key_docs
 from tests.docs.markdown import page_text
 from tests.support.promises.of_effect import PROMISES, WITHOUT
+from tests.support.promises.of_fluid import PROMISES_OF_FLUID, WITHOUT_OF_FLUID
 from tests.support.promises.of_silk import PROMISES_OF_SILK, WITHOUT_OF_SILK
 from tests.support.promises.promise import SEEDS, Promise
 from tests.support.promises.table import ALL, measured
@@ -33,16 +34,25 @@ def test_every_key_has_a_promise_or_a_reason_why_not() -> None:
         assert stated & {key, *blocks} or inside, key
 
 
-def test_every_key_of_silk_has_a_promise_or_a_reason_why_not() -> None:
-    stated = {promise.key.removeprefix("source.") for promise in PROMISES_OF_SILK}
+@pytest.mark.parametrize(
+    ("kind", "promises", "without"),
+    [
+        ("silk", PROMISES_OF_SILK, WITHOUT_OF_SILK),
+        ("fluid", PROMISES_OF_FLUID, WITHOUT_OF_FLUID),
+    ],
+)
+def test_every_key_of_generated_fire_has_a_promise_or_a_reason_why_not(
+    kind: str, promises: tuple[Promise, ...], without: dict[str, str]
+) -> None:
+    stated = {promise.key.removeprefix("source.") for promise in promises}
 
     def check(path: tuple[str, ...], name: str) -> None:
-        for block in blocks_at(("source", "<silk>", *path)):
+        for block in blocks_at(("source", f"<{kind}>", *path)):
             for key in key_docs(block):
                 full = f"{name}{key}"
-                if full in WITHOUT_OF_SILK:
+                if full in without:
                     continue
-                assert full in stated or any(each.startswith(f"{full}.") for each in stated), full
+                assert full in stated or any(known.startswith(f"{full}.") for known in stated), full
                 if not full.endswith("keyframes"):
                     check((*path, key), f"{full}.")
 

@@ -8,7 +8,7 @@ the sentence is about is measured on tracks or pixels. It is seen if from low to
 promised way by more than twice the spread of the seeds (the largest difference between two of them
 at one value), and by at least what ``Unit`` says.
 
-To add one: a ``Promise`` in ``of_effect``, ``of_profile`` or ``of_silk``. The test
+To add one: a ``Promise`` in ``of_effect``, ``of_profile``, ``of_silk`` or ``of_fluid``. The test
 ``tests/docs/test_promises.py`` checks the sentences and, small and with one seed, the directions;
 ``--write`` writes the page.
 """
@@ -20,7 +20,10 @@ from tests.support.promises.table import ALL, PAGE, Kept, page
 
 parser = argparse.ArgumentParser()
 parser.add_argument(
-    "keys", nargs="*", metavar="KEY", help="only these, or those of `clip`, `profile` or `silk`"
+    "keys",
+    nargs="*",
+    metavar="KEY",
+    help="only these, or those of `clip`, `profile`, `silk` or `fluid`",
 )
 parser.add_argument("--write", action="store_true", help="write docs/promises.md")
 args = parser.parse_args()

@@ -70,7 +70,7 @@ class Promise:
     needs: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     clip: str = "campfire"
     texture: bool = False
-    fire: Literal["clip", "profile", "silk"] = "clip"
+    fire: Literal["clip", "profile", "silk", "fluid"] = "clip"
 
     @property
     def label(self) -> str:

@@ -8,18 +8,19 @@ import numpy as np
 import yaml
 
 from tests.support.promises.of_effect import PROMISES, WITHOUT, run
+from tests.support.promises.of_fluid import PROMISES_OF_FLUID, WITHOUT_OF_FLUID, simulate_gas
 from tests.support.promises.of_profile import PROMISES_OF_PROFILE, generate
 from tests.support.promises.of_silk import PROMISES_OF_SILK, WITHOUT_OF_SILK, burn
 from tests.support.promises.promise import HEIGHT, SEEDS, Promise, mean
 
 PAGE = Path(__file__).parents[3] / "docs" / "promises.md"
 
-ALL = (*PROMISES, *PROMISES_OF_PROFILE, *PROMISES_OF_SILK)
+ALL = (*PROMISES, *PROMISES_OF_PROFILE, *PROMISES_OF_SILK, *PROMISES_OF_FLUID)
 
 
 def measured(promise: Promise, value: Any, seed: int, height: int = HEIGHT) -> float:
     """Return the promise's figure with its key at ``value``."""
-    make = {"clip": run, "profile": generate, "silk": burn}[promise.fire]
+    make = {"clip": run, "profile": generate, "silk": burn, "fluid": simulate_gas}[promise.fire]
     return promise.figure.of(make(promise, value, seed, height))
 
 
@@ -106,16 +107,30 @@ Of `source.kind: silk`, measured on a second of fire of five crossed sheets of w
 
 """
 
+OF_FLUID = """\
+
+## Simulated gas
+
+Of `source.kind: fluid`, measured on the later half of two thirds of a second of the ready fire that
+is named, 160 px high, in cubes of a twenty-fourth of a square frame.
+
+"""
+
 
 def page(rows: list[Kept]) -> str:
     """Return docs/promises.md."""
-    effect, profile, silk = (
-        COLUMNS + "".join(f"{each.row()}\n" for each in rows if each.promise.fire == fire)
-        for fire in ("clip", "profile", "silk")
+    effect, profile, silk, fluid = (
+        COLUMNS + "".join(f"{row.row()}\n" for row in rows if row.promise.fire == fire)
+        for fire in ("clip", "profile", "silk", "fluid")
     )
-    without, without_of_silk = (
+    without, without_of_silk, without_of_fluid = (
         "\nThese promise nothing that is seen:\n\n"
         + "".join(f"- `{key}` {why}.\n" for key, why in reasons.items())
-        for reasons in (WITHOUT, WITHOUT_OF_SILK)
+        for reasons in (WITHOUT, WITHOUT_OF_SILK, WITHOUT_OF_FLUID)
     )
-    return HEAD + effect + without + OF_PROFILE + profile + OF_SILK + silk + without_of_silk
+    return "".join([
+        HEAD, effect, without,
+        OF_PROFILE, profile,
+        OF_SILK, silk, without_of_silk,
+        OF_FLUID, fluid, without_of_fluid,
+    ])  # fmt: skip
