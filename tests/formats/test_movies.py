@@ -240,6 +240,12 @@ def test_frames_have_durations_of_their_own_and_any_size(name: MovieName) -> Non
         assert shown[:4, :, 3].max() <= 5  # beside the edge in an MP4
 
 
+@pytest.mark.parametrize("name", NAMES)
+def test_encoders_print_nothing(name: MovieName, capfd: pytest.CaptureFixture[str]) -> None:
+    write_movie(name, squares(loop=True))
+    assert capfd.readouterr() == ("", "")
+
+
 def test_equal_neighbours_are_one_longer_frame_and_time_goes_on() -> None:
     pictures = [squares(True).frame(i) for i in (0, 0, 1)]
     movie = Movie(65, 47, DURATIONS, True, pictures.__getitem__)

@@ -2,7 +2,7 @@
 
 import io
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
 
@@ -43,6 +43,7 @@ class _Format:
         container, codec, pixels: Names in FFmpeg.
         clock: Ticks of its time stamps per second.
         options: Options of the codec.
+        flags: Options of the container.
         planes: Returns the planes Y, Cb, Cr and, if it has one, alpha, of a frame (H, W, 4).
     """
 
@@ -52,6 +53,7 @@ class _Format:
     clock: int
     options: Mapping[str, str]
     planes: Callable[[Bytes], list[Bytes]]
+    flags: Mapping[str, str] = field(default_factory=dict)
 
 
 def webm(movie: Movie) -> bytes:
@@ -75,7 +77,11 @@ def mp4(movie: Movie) -> bytes:
     """
     # By default x264 rounds as the CPU's instructions do, and now and then by addresses in memory.
     options = {"crf": "14", "preset": "slow", "x264-params": "cpu-independent=1"}
-    return _encoded(movie, _Format("mp4", "libx264", "yuv420p", 90000, options, _beside_alpha))
+    # The index stands before the frames, so that a page plays them while they are loaded.
+    first = {"movflags": "+faststart"}
+    return _encoded(
+        movie, _Format("mp4", "libx264", "yuv420p", 90000, options, _beside_alpha, first)
+    )
 
 
 def _with_alpha(frame: Bytes) -> list[Bytes]:
@@ -111,10 +117,9 @@ def _encoded(movie: Movie, encoding: _Format) -> bytes:
     try:
         container = av.open(
             file, "w", encoding.container,
-            # Without the first flag the container has a random number and the versions of
-            # libraries; the second puts an MP4's index before its frames, so that it plays while
-            # it is loaded: FFmpeg then reads again what it has written.
-            options={"fflags": "+bitexact", "movflags": "+faststart"},
+            # Without this flag the container has a random number and the versions of libraries.
+            options={"fflags": "+bitexact", **encoding.flags},
+            # FFmpeg reads again what it has written where it moves an index.
             io_open=lambda *_: io.BytesIO(file.getvalue()),
         )  # fmt: skip
         with container:

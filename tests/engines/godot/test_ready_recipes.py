@@ -111,6 +111,8 @@ def test_a_ready_recipe_is_played_as_it_was_built(
         settings = ["timeline.frames=6", "source.size=draft"]
     if isinstance(source, FluidSource):
         settings.append("source.resolution=draft")
+    if isinstance(source, SilkSource):
+        settings += ["source.rows=8", "source.columns=6"]
     if recipe.stem == "windy_torch":
         settings = ["views.count=3", "timeline.frames=12"]
     assert_played(godot4, tmp_path, built(recipe, tmp_path, *settings))

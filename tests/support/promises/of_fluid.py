@@ -65,6 +65,12 @@ def _width(fire: Burnt) -> float:
     return float(400 * spread / fire.height)
 
 
+def _centre(fire: Burnt) -> float:
+    """Return the place of the middle of what covers, from the left."""
+    columns = fire.cover.sum(axis=0)
+    return 100 * float((columns * np.arange(len(columns))).sum() / columns.sum()) / fire.height
+
+
 def _lean(fire: Burnt) -> float:
     """Return how far the upper half of what covers lies to the right of the lower half, degrees."""
     half = fire.height // 2
@@ -105,6 +111,7 @@ def _lit_frames(fire: Burnt) -> float:
 
 TOP = Figure("height of the middle of the fire", Unit.HEIGHT, _top)
 WIDTH = Figure("width of the fire", Unit.HEIGHT, _width)
+CENTRE = Figure("place of the fire from the left", Unit.HEIGHT, _centre)
 LEAN = Figure("lean of the fire", Unit.DEGREES, _lean)
 LIGHT = Figure("light of the frame, thousandths", Unit.NUMBER, _light)
 WHITENESS = Figure("blue relative to red", Unit.SHARE, _whiteness)
@@ -124,8 +131,8 @@ def _of_gas(
 
 PROMISES_OF_FLUID = (
     _of_gas("source.fire", "The ready fire to start from", LIGHT, "smoke", "campfire"),
-    _of_gas("source.resolution", "Cubes across a square frame", CUBES, "draft", "normal"),
-    _of_gas("source.radius", "how wide the fire is", WIDTH, 0.16, 0.26),
+    _of_gas("source.resolution", "Cubes across a square frame", CUBES, 22, 28),
+    _of_gas("source.radius", "how wide the fire is", WIDTH, 0.2, 0.3),
     _of_gas("source.fuel_rate", "so the flame is higher", TOP, 0.4, 1.6),
     _of_gas("source.heat", "more is brighter and paler, less dim and red", LIGHT, 0.7, 1.3),
     _of_gas("source.heat", "more is brighter and paler, less dim and red", WHITENESS, 0.6, 1.6),
@@ -151,14 +158,14 @@ PROMISES_OF_FLUID = (
         [0.05, 0.2], [0.05, 0.8],
     ),
     _of_gas(
-        "source.burners", "Burners in place of the ready fire's", WIDTH, [{"size": 0.12}],
-        [{"at": [-0.2, 0, 0], "size": 0.12}, {"at": [0.2, 0, 0], "size": 0.12}],
+        "source.burners", "Burners in place of the ready fire's", WIDTH, [{"size": 0.14}],
+        [{"at": [-0.2, 0, 0], "size": 0.14}, {"at": [0.2, 0, 0], "size": 0.14}],
     ),
     _of_gas(
-        "source.burners.at", "of its middle, heights", LEAN, [-0.2, 0, 0.1], [0.2, 0, 0.1],
-        rises=False, needs={"burners": {"size": 0.12}},
+        "source.burners.at", "of its middle, heights", CENTRE, [-0.2, 0, 0.1], [0.2, 0, 0.1],
+        needs={"burners": {"size": 0.14}},
     ),
-    _of_gas("source.burners.size", "Half its width, heights", WIDTH, 0.12, 0.24),
+    _of_gas("source.burners.size", "Half its width, heights", WIDTH, 0.14, 0.28),
     _of_gas(
         "source.burners.strength", "How much fuel its middle has", LIGHT, 0.3, 1.0,
         needs={"burners": {"size": 0.14}},
