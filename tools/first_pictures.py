@@ -30,6 +30,8 @@ SQUARES = (
 BEHIND = {"burning_crate": "crate.png"}
 """Of a fire that is drawn over a picture: that sample."""
 RAMPS = ("soul", "poison", "copper", "gas")
+ONCE = ("explosion", "fireball")
+"""What plays once, for as long as its recipe says."""
 TILES = 3
 """How many frames of `fire_wall` stand side by side."""
 
@@ -43,7 +45,7 @@ Film = list[NDArray[np.uint8]]
 
 
 def draw() -> None:
-    """Write docs/banner.webp, squares.webp, ramps.webp and fire_wall.webp."""
+    """Write docs/banner.webp, squares.webp, ramps.webp, fire_wall.webp and those that play once."""
     fires = [_fitted(film, _BANNER_HEIGHT) for name in BANNER for film in _films(name).values()]
     _save("banner", fires)
     squares = [_square(film) for name in SQUARES for film in _films(name).values()]
@@ -52,15 +54,17 @@ def draw() -> None:
     _save("ramps", [_fitted(films[name], _RAMP_HEIGHT) for name in RAMPS])
     (wall,) = _films("fire_wall").values()
     _save("fire_wall", [_fitted(wall, _WALL_HEIGHT)] * TILES, gap=0)
+    for name in ONCE:
+        (film,) = _films(name).values()
+        _save(name, [_fitted(film, _SQUARE)])
 
 
 def _films(name: str) -> dict[str, Film]:
-    """Build a ready recipe and return its animations over the ground."""
+    """Build a ready recipe and return its animations over the ground, each of ``_FRAMES``."""
     assert main(["init", name, "-q"]) == 0
-    settings = [
-        f"timeline.frames={_FRAMES}", "atlas.trim=none", "atlas.dedupe=false",
-        "exports=[json]", "tracks=[]",
-    ]  # fmt: skip
+    settings = ["atlas.trim=none", "atlas.dedupe=false", "exports=[json]", "tracks=[]"]
+    if name not in ONCE:
+        settings.append(f"timeline.frames={_FRAMES}")
     chosen = [word for setting in settings for word in ("--set", setting)]
     assert main(["build", f"{name}.yaml", "-q", *chosen]) == 0
     atlas = read_atlas(Path("build") / f"{name}.json")
@@ -71,7 +75,9 @@ def _films(name: str) -> dict[str, Film]:
         for frame, pixels in zip(atlas.frames, frames, strict=True)
     }
     return {
-        animation.name.rpartition("/")[2]: [shown[frame] for frame in animation.frames]
+        animation.name.rpartition("/")[2]: [
+            shown[frame] for frame in animation.frames[:: len(animation.frames) // _FRAMES]
+        ]
         for animation in sheet.animations
     }
 
@@ -115,7 +121,8 @@ def _save(name: str, films: Sequence[Film], gap: int = _GAP) -> None:
         frames.append(Image.fromarray(np.hstack(row)))
     frames[0].save(
         DOCS / f"{name}.webp", save_all=True, append_images=frames[1:],
-        duration=[round(1000 / _FPS)] * _FRAMES, loop=0, quality=60, method=6,
+        duration=[round(1000 / (_FPS / 2 if name in ONCE else _FPS))] * _FRAMES,
+        loop=0, quality=60, method=6,
     )  # fmt: skip
     print(name)
 

@@ -3,7 +3,6 @@
 Which animations share a page, and the places there, do not depend on the order in which they come.
 """
 
-import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -73,11 +72,6 @@ def pack(
             on_one = tuple(dict.fromkeys(frames, 0) for frames in animations)
             return _packing([page], Assignment((frozenset(everything),), on_one), animations)
     assignment = assign(animations, room)
-    if len(assignment.pages) > math.ceil(room.area(everything) / room.capacity):
-        # Fuller pages may leave frames that fit together worse.
-        quick = _PackedRoom(padded, rules, _FIRST_TRIES)
-        if len((other := assign(animations, quick)).pages) < len(assignment.pages):
-            room, assignment = quick, other
     return _packing([room.page(frames) for frames in assignment.pages], assignment, animations)
 
 
@@ -86,13 +80,17 @@ def fits_pages(
 ) -> bool:
     """Return whether ``pack`` surely needs no more than so many ``pages``.
 
-    Only what their area does not tell is packed, and the smallest pages are not looked for.
+    Only what their area does not tell is packed.
     """
     padded = [(width + rules.padding, height + rules.padding) for width, height in sizes]
-    room = _PackedRoom(padded, rules, _FIRST_TRIES)
+    room = _PackedRoom(padded, rules, QUICK)
     shown = frozenset(frame for frames in animations for frame in frames)
     if room.area(shown) > pages * room.capacity:
         return False
+    if len(kinds := {padded[frame] for frame in shown}) == 1:
+        ((width, height),) = kinds
+        side = rules.room(rules.largest)
+        return len(shown) <= pages * (side // width) * (side // height)
     if pages == 1:
         return room.holds(shown)
     return len(assign(animations, room).pages) <= pages

@@ -14,8 +14,9 @@ from fire_atlas.recipe.output import Atlas
 _STEP = 1.05
 """Factor between the sides of pages that are tried."""
 
-_COARSE = 1.02
-"""Factor between heights and numbers of frames that are tried, from the largest down."""
+_COARSE = 1.03
+"""Factor between heights and numbers of frames that are tried, from the largest down. The largest
+of which the area allows it is not tried: a page without any gap is hardly ever found."""
 
 _GROWTH = 1.02
 """Frames that are made anew, smaller or fewer, may be this much larger than those that there are:
@@ -134,7 +135,7 @@ def sufficient_size(frames: PageFrames, settings: Atlas, pages: int = 1) -> int 
     units = PackingUnits.of(settings)
     rules = units.rules
     area = sum(math.prod(frames.sizes[i]) for i in frames.shown) / pages
-    side = max(rules.largest + 1, math.isqrt(round(area)) // units.px)
+    side = max(rules.largest + 1, round(math.sqrt(area) * _STEP**0.5) // units.px)
     while (size := rules.side(side) * units.px) <= settings.largest_size:
         if frames.fit(settings.model_copy(update={"max_size": size}), pages):
             return size
@@ -161,13 +162,13 @@ def largest(holds: Callable[[int], bool], least: int, most: int) -> int | None:
 def nearly_largest(
     holds: Callable[[int], bool], could: Callable[[int], bool], least: int, most: int
 ) -> int | None:
-    """Return a number from ``least`` to ``most`` that ``holds``, at most 2 % below the largest.
+    """Return a number from ``least`` to ``most`` that ``holds``, hardly below the largest.
 
     ``holds`` takes long, and no number holds that ``could`` not. None if ``least`` does not hold.
     """
     tried = largest(could, least, most)
-    while tried is not None and not holds(tried):
-        if tried == least:
-            return None
+    while tried is not None and tried > least:
         tried = max(least, min(tried - 1, math.floor(tried / _COARSE)))
-    return tried
+        if holds(tried):
+            return tried
+    return tried if tried is not None and holds(tried) else None

@@ -3,11 +3,14 @@
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 from fire_atlas.cli.text import printable
 from fire_atlas.core.errors import FireAtlasError
 from fire_atlas.core.interruption import EXIT_CODE, MESSAGE
+
+if TYPE_CHECKING:  # --help needs no paths
+    from pathlib import Path
 
 
 class Failures:
@@ -18,14 +21,14 @@ class Failures:
         with_traceback: bool,
         report: Callable[[str], None] = lambda message: None,
         fail_fast: bool = False,
-        known: Mapping[Path, str] | None = None,
+        known: "Mapping[Path, str] | None" = None,
     ) -> None:
         """Call ``report`` with the message of every failure, besides printing it on stderr.
 
         ``known``: messages about recipes that were printed already, and are not printed again.
         """
         self.worst_code = 0
-        self.of_recipes = dict[Path, str]()
+        self.of_recipes: dict[Path, str] = {}
         self._known = known or {}
         self._fail_fast = fail_fast
         self._with_traceback = with_traceback
@@ -43,7 +46,7 @@ class Failures:
         self.worst_code = max(self.worst_code, code)
 
     @contextmanager
-    def caught(self, recipe: Path | None = None) -> Iterator[None]:
+    def caught(self, recipe: "Path | None" = None) -> Iterator[None]:
         """Report exceptions raised inside, about ``recipe``, and continue after it.
 
         Only interruptions and a closed output pipe are raised.

@@ -3,10 +3,11 @@
 from collections.abc import Callable, Container, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from zlib_ng import zlib_ng
 
 from fire_atlas.core.camera import Camera
 from fire_atlas.core.picture import Picture, as_light, brightness_of
@@ -15,8 +16,9 @@ from fire_atlas.core.pixels import Pixels, Plane
 Values = NDArray[np.float64]
 """(n,)."""
 
-CACHE_BYTES = 64 * 1024 * 1024
-"""Limit on the frames that ``cached`` keeps, bytes, whatever the length of the clip."""
+CACHE_BYTES = COMPRESSED_BYTES = 64 * 1024 * 1024
+"""Limits on the frames that ``cached`` keeps as they are, and on those it keeps compressed, bytes,
+whatever the length of the clip."""
 
 
 class Window(NamedTuple):
@@ -123,6 +125,8 @@ class Clip:
         hidden: ``hidden(i)`` returns how much of what is behind frame i is hidden by smoke and by
             what stands in the fire, however much light there is, (height, width) 0..1. None means
             that the pictures tell.
+        burning: ``burning(i)`` returns which share of the light of frame i is fire's, and not that
+            of smoke in daylight, (height, width) 0..1. None means all.
         skipped: If the source has more frames than the clip: by the number of a frame, a source
             frame about halfway between it and the next.
     """
@@ -147,6 +151,7 @@ class Clip:
     smoke: Callable[[int], Plane] | None = None
     solids: Callable[[int], Pixels] | None = None
     hidden: Callable[[int], Plane] | None = None
+    burning: Callable[[int], Plane] | None = None
 
     @property
     def tiles(self) -> bool:
@@ -181,12 +186,13 @@ class ProxiedClip(NamedTuple):
 
 def cropped(clip: Clip, window: Window) -> Clip:
     """Return the clip with every frame cropped to ``window``, and without depth."""
-    flow = clip.flow
+    flow, burning = clip.flow, clip.burning
     return replace(
         clip,
         width=window.right - window.left,
         height=window.bottom - window.top,
         picture=lambda i: np.ascontiguousarray(clip.picture(i)[window.slices]),
+        burning=None if burning is None else lambda i: burning(i)[window.slices],
         flow=None if flow is None else lambda i: np.ascontiguousarray(flow(i)[window.slices]),
         skipped={},
         depth=None,
@@ -208,24 +214,33 @@ def kept(clip: Clip) -> Clip:
 def cached(picture: Callable[[int], Picture], made: Container[int]) -> Callable[[int], Picture]:
     """Return ``picture`` with a cache: frames are expensive to compute and read several times.
 
-    The first computed frames are kept, up to ``CACHE_BYTES`` in all. Callers get copies of them.
-    Threads that read a frame at the same time may each compute it.
+    The first computed frames are kept, up to ``CACHE_BYTES`` in all; the next ones compressed, up
+    to ``COMPRESSED_BYTES``: a dozen ms are less than most fire takes to be drawn again. Callers get
+    copies of them. Threads that read a frame at the same time may each compute it.
 
     Args:
         picture: Returns frame i, like ``Clip.picture``.
         made: Numbers of the computed frames. Others are cheap to read again and not kept.
     """
     kept: dict[int, Picture] = {}
-    free = [CACHE_BYTES]
+    compressed: dict[int, tuple[bytes, np.dtype[Any], tuple[int, ...]]] = {}
+    free, free_compressed = [CACHE_BYTES], [COMPRESSED_BYTES]
 
     def read(i: int) -> Picture:
-        known = kept.get(i)
-        if known is not None:
+        if (known := kept.get(i)) is not None:
             return known.copy()
+        if (packed := compressed.get(i)) is not None:
+            data, dtype, shape = packed
+            return np.frombuffer(bytearray(zlib_ng.decompress(data)), dtype).reshape(shape)
         frame = picture(i)
         if i in made and frame.nbytes <= free[0]:
             free[0] -= frame.nbytes
             kept[i] = frame.copy()
+        elif i in made and free_compressed[0] > 0:
+            data = zlib_ng.compress(frame.tobytes(), 1)
+            if len(data) <= free_compressed[0]:
+                free_compressed[0] -= len(data)
+                compressed[i] = data, frame.dtype, frame.shape
         return frame
 
     return read

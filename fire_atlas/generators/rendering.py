@@ -43,6 +43,10 @@ class Rendering(Protocol):
         None: it is estimated from what is drawn. Gas runs through a flame that stands, so its own
         velocity says less."""
 
+    @property
+    def burning(self) -> Callable[[int], Plane] | None:
+        """Which share of the light of a frame is fire's; see ``Clip.burning``."""
+
     def seen_by(self, camera: Camera) -> Self:
         """Return the rendering of the same fire by another camera."""
 
@@ -85,6 +89,7 @@ def rendered_clip(
         matte_reason=rendering.matte_reason,
         loop=settings.loop,
         flow=rendering.motion,
+        burning=rendering.burning,
         depth=FireInDepth(
             rendering.camera,
             rendering.front,

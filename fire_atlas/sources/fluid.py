@@ -42,7 +42,10 @@ def open_fluid(
         RecipeError: As ``build_scene``; or the simulation broke.
     """
     scene = build_scene(source, generation)
-    recording = context.workers.start(lambda: record_apart(scene, context.workers.jobs)).result()
+    context.progress.stage("simulate", scene.settling + scene.frames)
+    recording = context.workers.start(
+        lambda: record_apart(scene, context.workers.jobs, context.progress.advance)
+    ).result()
     settings = replace(generation, loop=scene.loop)
     views = generation.views
     seen = [

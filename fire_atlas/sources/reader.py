@@ -6,13 +6,14 @@ random access to formats that decode only forwards, and a cache.
 
 import threading
 from collections.abc import Callable, Generator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.picture import Picture, where_covered
+from fire_atlas.core.progress import Progress, SilentProgress
 from fire_atlas.core.workers import Workers
 from fire_atlas.core.workload import MAX_PIXELS
 from fire_atlas.sources.frame_store import FrameStore
@@ -35,12 +36,14 @@ class OpeningContext:
         workers: Pool that crops and reduces the frames of videos, and looks for flame.
         page: The page that the frames should fit; None if they are not packed themselves.
         max_pixels: Limit on the pixels of a picture.
+        progress: Counts the frames of a fire that is simulated.
     """
 
     blend_space: str
     workers: Workers
     page: PageLimit | None = None
     max_pixels: int = MAX_PIXELS
+    progress: Progress = field(default_factory=SilentProgress)
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,6 +14,7 @@ from fire_atlas.recipe.source import FramesSource, ProfileSource, SpritesSource
 if TYPE_CHECKING:
     from fire_atlas.core.clip import Clip
     from fire_atlas.core.fire_in_wind import FireInWind
+    from fire_atlas.core.progress import Progress
     from fire_atlas.core.workers import Workers
     from fire_atlas.recipe.load import LoadedRecipe
     from fire_atlas.recipe.models import Recipe
@@ -22,7 +23,10 @@ if TYPE_CHECKING:
 
 
 def open_source(
-    loaded: LoadedRecipe, workers: Workers, max_pixels: int = MAX_PIXELS
+    loaded: LoadedRecipe,
+    workers: Workers,
+    max_pixels: int = MAX_PIXELS,
+    progress: Progress | None = None,
 ) -> dict[str, Clip]:
     """Open the clip of a recipe's source, or generate its clips in the wind of the recipe.
 
@@ -30,6 +34,7 @@ def open_source(
         loaded: The recipe.
         workers: Pool that measures the frames of a clip to learn from.
         max_pixels: Limit on the pixels of a picture.
+        progress: Counts the frames of a fire that is simulated.
 
     Returns:
         Clips by the name of their animation: one with the recipe's name, or one for each of its
@@ -64,7 +69,8 @@ def open_source(
         case FluidSource():
             from fire_atlas.sources.fluid import open_fluid
 
-            clips = open_fluid(source, GenerationSettings.of(recipe), context)
+            shown = context if progress is None else replace(context, progress=progress)
+            clips = open_fluid(source, GenerationSettings.of(recipe), shown)
         case _:
             assert_never(source)
     names = [f"view_{k}" for k in range(len(clips))] if len(clips) > 1 else [recipe.name]

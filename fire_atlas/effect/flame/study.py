@@ -102,6 +102,9 @@ def study_flame(
     masks = list(
         workers.map(lambda pair: segmentation.mask(*pair), zip(planes, readers, strict=True))
     )
+    if clip.burning is not None:  # flakes are born of fire, not of smoke
+        shares = workers.map(clip.burning, numbers)
+        masks = [as_plane(mask * share) for mask, share in zip(masks, shares, strict=True)]
     samples = FlameSamples.of(clip, segmentation, workers) if is_sampled else None
     if buoyancy is None:
         buoyancy = flame_direction(samples) if samples else UP

@@ -7,27 +7,51 @@ ended in the middle of a step.
 """
 
 import pickle
+import subprocess
 import sys
+from collections.abc import Callable
 
 import cv2
 
 from fire_atlas.core.errors import RecipeError
-from fire_atlas.core.process import run_module
+from fire_atlas.core.interruption import if_interrupted
+from fire_atlas.core.process import start_module
 from fire_atlas.core.workers import Workers
 from fire_atlas.generators.fluid.recording import FluidRecording, record
 from fire_atlas.generators.fluid.scene import Scene
 
+_FRAME, _RESULT = b".", b"\n"
+"""What the process writes after each frame, and before its result."""
 
-def record_apart(scene: Scene, jobs: int) -> FluidRecording:
-    """Simulate a scene in a process with ``jobs`` threads.
+
+def record_apart(scene: Scene, jobs: int, count: Callable[[], None]) -> FluidRecording:
+    """Simulate a scene in a process with ``jobs`` threads; ``count`` is called after each frame.
+
+    If a signal ends the build, the process is killed.
 
     Raises:
         RecipeError: A field is not finite any more.
     """
-    done = run_module(__name__, pickle.dumps((scene, jobs)))
-    if done.returncode:
-        raise RuntimeError(f"the simulation ended early: {done.stderr.decode(errors='replace')}")
-    result = pickle.loads(done.stdout)
+    with (
+        start_module(__name__, stderr=subprocess.PIPE) as process,
+        if_interrupted(process.kill),
+    ):
+        to, answers, errors = process.stdin, process.stdout, process.stderr
+        assert to is not None
+        assert answers is not None
+        assert errors is not None
+        try:
+            with to:
+                to.write(pickle.dumps((scene, jobs)))
+            while answers.read(1) == _FRAME:
+                count()
+            answer, said = answers.read(), errors.read()
+        except BaseException:
+            process.kill()
+            raise
+    if process.returncode:
+        raise RuntimeError(f"the simulation ended early: {said.decode(errors='replace')}")
+    result = pickle.loads(answer)
     if isinstance(result, FluidRecording):
         return result
     raise RecipeError(result, key=("source",))
@@ -37,12 +61,17 @@ def main() -> None:
     """Simulate the scene of stdin, and write the recording, or what broke it, to stdout."""
     cv2.setUseOptimized(False)
     scene, jobs = pickle.load(sys.stdin.buffer)
+
+    def count() -> None:
+        sys.stdout.buffer.write(_FRAME)
+        sys.stdout.buffer.flush()
+
     with Workers(jobs) as workers:
         try:
-            result: FluidRecording | str = record(scene, workers)
+            result: FluidRecording | str = record(scene, workers, count)
         except RecipeError as error:
             result = str(error)
-    sys.stdout.buffer.write(pickle.dumps(result))
+    sys.stdout.buffer.write(_RESULT + pickle.dumps(result))
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 """Record a simulation: the gas of every frame, as a loop without a seam or as a fire that ends."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -36,9 +37,11 @@ class FluidRecording:
         return self.repeats is not None and self.repeats > _REPEATS
 
 
-def record(scene: Scene, workers: Workers) -> FluidRecording:
-    """Simulate a scene and record it."""
-    frames = simulated(scene, workers)
+def record(
+    scene: Scene, workers: Workers, count: Callable[[], None] = lambda: None
+) -> FluidRecording:
+    """Simulate a scene and record it; ``count`` is called after each frame."""
+    frames = simulated(scene, workers, count)
     before = [Volume.of(next(frames)) for _ in range(scene.overlap)]
     volumes = []
     for number, scalars in enumerate(frames):

@@ -1,10 +1,12 @@
 """A fire that was simulated as a fluid, seen by a camera."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import ClassVar
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -72,6 +74,22 @@ class FluidView:
         """Return the share of light (height, width), 0..1, that smoke keeps back in a frame."""
         size = self.camera.height, self.camera.width
         return _hidden(self._painter.smoke_depth(self._gas(index), size, self._sight.pitch))
+
+    @property
+    def burning(self) -> Callable[[int], Plane] | None:
+        """Which share of the light of a frame is fire's, by its number, drawn a px a cube; None
+        without smoke."""
+        return self._burning if self.scene.has_smoke else None
+
+    def _burning(self, index: int) -> Plane:
+        gas, pitch = self._gas(index), self._sight.pitch
+        seen = self._painter.draw(gas, gas.shape[1:3], 1.0)
+        fire, smoke = exposed(seen.fire).sum(axis=2), seen.smoke.sum(axis=2)
+        share = as_plane(fire / np.maximum(fire + smoke, _LEAST_OPACITY))
+        start = (pitch - 1) / 2
+        move = np.array([[pitch, 0, start], [0, pitch, start]])
+        size = self.camera.width, self.camera.height
+        return as_plane(cv2.warpAffine(share, move, size, borderMode=cv2.BORDER_REPLICATE))
 
     def seen_by(self, camera: Camera) -> "FluidView":
         """Return the same fire seen by another camera."""

@@ -82,6 +82,11 @@ class Scene:
     settling: int
 
     @property
+    def has_smoke(self) -> bool:
+        """Whether there may be smoke."""
+        return self.chemistry.soot > 0 or any(burner.smoke > 0 for burner in self.burners)
+
+    @property
     def period(self) -> float:
         """Time after which all that feeds and moves it repeats, s."""
         return self.frames / self.fps

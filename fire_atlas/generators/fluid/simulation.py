@@ -1,7 +1,7 @@
 """Simulate a fire frame by frame, and keep its gas."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -139,12 +139,13 @@ def border_fading(grid: FluidGrid, top: float) -> Field:
     return fading
 
 
-def simulated(scene: Scene, workers: Workers) -> Iterator[Field]:
+def simulated(scene: Scene, workers: Workers, count: Callable[[], None]) -> Iterator[Field]:
     """Yield the scalars (layers, rows, columns, 4) of every frame, those of ``scene.overlap``
-    frames before the first one too."""
+    frames before the first one too; ``count`` is called after each that is simulated."""
     simulation = Simulation(scene, workers)
     for number in range(-scene.settling, scene.frames):
         if number >= -scene.overlap:
             yield simulation.gas.scalars
         if number < scene.frames - 1:
             simulation.frame()
+        count()

@@ -454,6 +454,7 @@ class SilkView:
     """
 
     matte: ClassVar[str] = "luminance"
+    burning: ClassVar[None] = None
     matte_reason: ClassVar[str] = "brighter parts of a flame are more opaque"
 
     renderer: SilkRenderer

@@ -276,6 +276,8 @@ class FrameAnalyser:
         strength = magnitude(fx, fy)
         if features.preset == "auto":
             strength = strength * mask
+            if clip.burning is not None:
+                strength *= clip.burning(i)  # none is born of smoke
         return FrameFeatures(picture, bright, mask, fx, fy, strength)
 
     def candidates(self, features: FrameFeatures) -> Candidates:

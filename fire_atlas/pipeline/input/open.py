@@ -56,7 +56,7 @@ def _open(loaded: LoadedRecipe, context: BuildContext) -> Opened:
         from fire_atlas.sources.sprites import open_sprites
 
         return open_sprites(loaded, workers, max_pixels)
-    return open_source(loaded, workers, max_pixels)
+    return open_source(loaded, workers, max_pixels, context.progress)
 
 
 def open_texture(loaded: LoadedRecipe, context: BuildContext) -> list[Pixels]:

@@ -53,6 +53,27 @@ def lean(view: FluidView) -> float:
 BOOM: dict[str, Any] = {"fire": "explosion", "radius": 0.17}
 
 
+def width(view: FluidView) -> float:
+    """Return the standard deviation of what covers from left to right, px."""
+    cover = pictures(view)[..., 3].mean(axis=(0, 1))
+    place = np.arange(len(cover))
+    middle = (cover * place).sum() / cover.sum()
+    return float(np.sqrt((cover * (place - middle) ** 2).sum() / cover.sum()))
+
+
+def test_turbulence_widens_a_jet_of_steam() -> None:
+    calm, wild = (width(fire(fire="steam", turbulence=value)) for value in (0.0, 3.0))
+    assert wild > 1.1 * calm
+
+
+def test_detail_makes_finer_tongues() -> None:
+    def steps(detail: float) -> float:
+        shown = pictures(fire(detail=detail))[..., :3].sum(axis=3)
+        return float(np.abs(np.diff(shown, axis=2)).mean() / shown.mean())
+
+    assert steps(1.0) > 1.02 * steps(0.0)
+
+
 def test_wind_bends_the_fire_its_own_way() -> None:
     still = lean(fire())
     assert lean(fire(level=3.0)) > still + 2

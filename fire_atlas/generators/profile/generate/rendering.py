@@ -74,6 +74,7 @@ class ProfileRendering:
     """
 
     matte: ClassVar[str] = "alpha"
+    burning: ClassVar[None] = None
     matte_reason: ClassVar[str] = "generated fire comes with its own coverage"
 
     fire: GeneratedFire
