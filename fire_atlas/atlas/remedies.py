@@ -96,14 +96,11 @@ class PageFrames:
 
     def could_fit(self, settings: Atlas, pages: int) -> bool:
         """Return whether so many ``pages`` have the area that they take."""
-        rules = PackingUnits.of(settings).rules
-        area = sum(
-            (width + rules.padding) * (height + rules.padding)
-            for width, height in (
-                PackingUnits.of(settings).size(*self.sizes[frame]) for frame in self.shown
-            )
-        )
-        return area <= pages * rules.room(rules.largest) ** 2
+        units = PackingUnits.of(settings)
+        padding, side = units.rules.padding, units.rules.room(units.rules.largest)
+        sizes = [units.size(*self.sizes[frame]) for frame in self.shown]
+        area = sum((width + padding) * (height + padding) for width, height in sizes)
+        return area <= pages * side**2
 
     def fit(self, settings: Atlas, pages: int) -> bool:
         """Return whether so many ``pages`` surely hold them."""
@@ -167,8 +164,10 @@ def nearly_largest(
     ``holds`` takes long, and no number holds that ``could`` not. None if ``least`` does not hold.
     """
     tried = largest(could, least, most)
-    while tried is not None and tried > least:
+    while tried is not None:
         tried = max(least, min(tried - 1, math.floor(tried / _COARSE)))
         if holds(tried):
             return tried
-    return tried if tried is not None and holds(tried) else None
+        if tried == least:
+            return None
+    return None

@@ -357,13 +357,12 @@ def _table(
         # Spread over pixels and by the lens, the light stays the same in sum.
         light *= (own_size + longer) * own_size
         light /= (size + longer) * size * (1 + _DIMMED_BY_LENGTH * stretch)
-    full = (_FULL_SPEED_OF_PAPER if look.is_even else _FULL_SPEED) * height
-    colour = colour_by_speed(state.smoothed_speed / full, look.colours) * embers.light.take(ids)
-    if look.art is not None and len(look.colours) > 1:
-        light, colour = (
-            np.ones_like(size),
-            look.intensity * colour_by_age(state.age / life, look.colours),
-        )
+    if look.texture is None and look.art is not None and len(look.colours) > 1:
+        light = np.ones_like(size)
+        colour = look.intensity * colour_by_age(state.age / life, look.colours)
+    else:
+        full = (_FULL_SPEED_OF_PAPER if look.is_even else _FULL_SPEED) * height
+        colour = colour_by_speed(state.smoothed_speed / full, look.colours) * embers.light.take(ids)
     if look.fades:
         is_soft = look.art is None and look.texture is None
         halo = size * HALO_WIDTH if is_soft else size
