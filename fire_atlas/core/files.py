@@ -10,6 +10,7 @@ import os
 import re
 import stat
 from collections.abc import Iterator
+from functools import lru_cache
 from pathlib import Path
 
 MIB = 1 << 20
@@ -94,11 +95,12 @@ def natural_key(path: Path, *, minus: int | None = None) -> tuple[object, ...]:
         words.append(_words(path.stem))
     else:
         _, (number, _), *after = _words(path.stem[minus + 1 :])
-        words.append([*_words(path.stem[:minus]), (-number, ""), *after])
+        words.append((*_words(path.stem[:minus]), (-number, ""), *after))
     return (words, path.suffix.casefold(), str(path))
 
 
-def _words(name: str) -> list[tuple[int, str]]:
+@lru_cache(maxsize=4096)  # the folders of all frames are the same
+def _words(name: str) -> tuple[tuple[int, str], ...]:
     """Return a name as texts and numbers in turn, from text to text, to be compared with others."""
     parts = re.split(r"([0-9]+)", name.casefold())
-    return [(int(part), "") if i % 2 else (-1, part) for i, part in enumerate(parts)]
+    return tuple((int(part), "") if i % 2 else (-1, part) for i, part in enumerate(parts))
