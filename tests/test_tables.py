@@ -33,4 +33,4 @@ def test_each_map_has_a_maker_and_is_asked_for_by_its_key(kind: MapKind) -> None
 @pytest.mark.parametrize("name", ENGINES)
 def test_each_engine_has_all_parts_itself(name: str) -> None:
     parts = {part for part in vars(Engine) if not part.startswith("_")}
-    assert parts <= vars(type(engine(name))).keys() and len(parts) == 6
+    assert parts <= vars(type(engine(name))).keys() and len(parts) == 7
