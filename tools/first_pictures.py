@@ -56,7 +56,7 @@ def draw() -> None:
     _save("fire_wall", [_fitted(wall, _WALL_HEIGHT)] * TILES, gap=0)
     for name in ONCE:
         (film,) = _films(name).values()
-        _save(name, [_fitted(film, _SQUARE)])
+        _save(name, [_fitted(film, _SQUARE)], fps=_FPS // 2)
 
 
 def _films(name: str) -> dict[str, Film]:
@@ -111,7 +111,7 @@ def _square(film: Film) -> Film:
     return found
 
 
-def _save(name: str, films: Sequence[Film], gap: int = _GAP) -> None:
+def _save(name: str, films: Sequence[Film], gap: int = _GAP, fps: int = _FPS) -> None:
     """Write films side by side, ``gap`` px apart, as a WebP that loops."""
     frames = []
     for i in range(_FRAMES):
@@ -121,8 +121,7 @@ def _save(name: str, films: Sequence[Film], gap: int = _GAP) -> None:
         frames.append(Image.fromarray(np.hstack(row)))
     frames[0].save(
         DOCS / f"{name}.webp", save_all=True, append_images=frames[1:],
-        duration=[round(1000 / (_FPS / 2 if name in ONCE else _FPS))] * _FRAMES,
-        loop=0, quality=60, method=6,
+        duration=[round(1000 / fps)] * _FRAMES, loop=0, quality=60, method=6,
     )  # fmt: skip
     print(name)
 

@@ -157,16 +157,21 @@ def largest(holds: Callable[[int], bool], least: int, most: int) -> int | None:
 
 
 def nearly_largest(
-    holds: Callable[[int], bool], could: Callable[[int], bool], least: int, most: int
+    frames_at: Callable[[int], PageFrames], settings: Atlas, pages: int, least: int, most: int
 ) -> int | None:
-    """Return a number from ``least`` to ``most`` that ``holds``, hardly below the largest.
+    """Return a number from ``least`` to ``most`` whose frames fit so many ``pages``, hardly below
+    the largest: only numbers whose area allows it are tried. None if those of ``least`` do not fit.
 
-    ``holds`` takes long, and no number holds that ``could`` not. None if ``least`` does not hold.
+    Args:
+        frames_at: Returns the frames of a number: of their height, or of how many there are.
+        settings: The recipe's section.
+        pages: Number of pages.
+        least, most: Limits on the number.
     """
-    tried = largest(could, least, most)
+    tried = largest(lambda number: frames_at(number).could_fit(settings, pages), least, most)
     while tried is not None:
         tried = max(least, min(tried - 1, math.floor(tried / _COARSE)))
-        if holds(tried):
+        if frames_at(tried).fit(settings, pages):
             return tried
         if tried == least:
             return None

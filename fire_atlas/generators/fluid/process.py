@@ -10,6 +10,7 @@ import pickle
 import subprocess
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 
 import cv2
 
@@ -41,7 +42,7 @@ def record_apart(scene: Scene, jobs: int, count: Callable[[], None]) -> FluidRec
         assert answers is not None
         assert errors is not None
         try:
-            with to:
+            with suppress(BrokenPipeError), to:  # if it has ended, its exit code is told below
                 to.write(pickle.dumps((scene, jobs)))
             while answers.read(1) == _FRAME:
                 count()

@@ -92,22 +92,13 @@ def _remedies(
         def fits_at(smaller: int) -> bool:
             return scaled_to(smaller).fit(atlas, pages)
 
-        def could_at(smaller: int) -> bool:
-            return scaled_to(smaller).could_fit(atlas, pages)
-
         if name := _smaller_size(recipe.source, height, fits_at):
             yield f"source.size: {name}"
-        elif smaller := nearly_largest(fits_at, could_at, _LEAST_HEIGHT, height - 1):
+        elif smaller := nearly_largest(scaled_to, atlas, pages, _LEAST_HEIGHT, height - 1):
             yield _as_high(recipe.source, size, smaller) + as_many
         if recipe.timeline.tail is False and not recipe.wind.levels:
-
-            def fits_with(count: int) -> bool:
-                return made_at(height).shortened(count).fit(atlas, pages)
-
-            def could_with(count: int) -> bool:
-                return made_at(height).shortened(count).could_fit(atlas, pages)
-
-            if fewer := nearly_largest(fits_with, could_with, _LEAST_FRAMES, most - 1):
+            shortened = made_at(height).shortened
+            if fewer := nearly_largest(shortened, atlas, pages, _LEAST_FRAMES, most - 1):
                 # A pingpong has an even number of frames.
                 yield f"timeline.frames: {fewer - fewer % 2}{as_high}"
     if max_size := sufficient_size(frames, atlas, pages):

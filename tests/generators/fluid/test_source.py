@@ -1,6 +1,7 @@
 """Fluid as a source: what its keys do, what is refused before a simulation, loops and one-shots."""
 
 import json
+from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -43,14 +44,10 @@ def pictures(view: FluidView) -> NDArray[np.float32]:
     return np.stack([view.frame(i) for i in range(count // 2, count)])
 
 
-def lean(view: FluidView) -> float:
-    """Return how far the upper half of the fire is to the right of its foot, px."""
-    cover = pictures(view)[..., 3].mean(axis=0)
-    half = len(cover) // 2
-    return float((cover[:half].sum(axis=0) * np.arange(cover.shape[1])).sum() / cover[:half].sum())
-
-
-BOOM: dict[str, Any] = {"fire": "explosion", "radius": 0.17}
+def height(view: FluidView) -> float:
+    """Return the mean height above the lower edge of what covers, px."""
+    cover = pictures(view)[..., 3].mean(axis=(0, 2))
+    return float((cover * np.arange(len(cover))[::-1]).sum() / cover.sum())
 
 
 def width(view: FluidView) -> float:
@@ -61,17 +58,68 @@ def width(view: FluidView) -> float:
     return float(np.sqrt((cover * (place - middle) ** 2).sum() / cover.sum()))
 
 
-def test_turbulence_widens_a_jet_of_steam() -> None:
-    calm, wild = (width(fire(fire="steam", turbulence=value)) for value in (0.0, 3.0))
-    assert wild > 1.1 * calm
+def lean(view: FluidView) -> float:
+    """Return how far the upper half of the fire is to the right of its foot, px."""
+    cover = pictures(view)[..., 3].mean(axis=0)
+    half = len(cover) // 2
+    return float((cover[:half].sum(axis=0) * np.arange(cover.shape[1])).sum() / cover[:half].sum())
 
 
-def test_detail_makes_finer_tongues() -> None:
-    def steps(detail: float) -> float:
-        shown = pictures(fire(detail=detail))[..., :3].sum(axis=3)
-        return float(np.abs(np.diff(shown, axis=2)).mean() / shown.mean())
+def brightness(view: FluidView) -> float:
+    return float(pictures(view)[..., :3].mean())
 
-    assert steps(1.0) > 1.02 * steps(0.0)
+
+def smokiness(view: FluidView) -> float:
+    count = len(view.recording.volumes)
+    return float(np.mean([view.smoke(i).mean() for i in range(count // 2, count)]))
+
+
+def blueness(view: FluidView) -> float:
+    shown = pictures(view)[..., :3].sum(axis=(0, 1, 2))
+    return float(shown[2] / shown[0])
+
+
+def sharpness(view: FluidView) -> float:
+    shown = pictures(view)[..., :3].sum(axis=3)
+    return float(np.abs(np.diff(shown, axis=2)).mean() / shown.mean())
+
+
+BOOM: dict[str, Any] = {"fire": "explosion", "radius": 0.17}
+
+
+@pytest.mark.parametrize(
+    ("figure", "common", "less", "more", "factor"),
+    [
+        (height, {}, {"fuel_rate": 0.4}, {"fuel_rate": 1.6}, 1.15),
+        (width, {}, {"radius": 0.2}, {"radius": 0.3}, 1.2),
+        (brightness, {}, {"heat": 0.7}, {"heat": 1.3}, 1.5),
+        (height, {}, {"lift": 0.4}, {"lift": 2.0}, 1.1),
+        (width, {"fire": "steam"}, {"turbulence": 0.0}, {"turbulence": 3.0}, 1.1),
+        (sharpness, {}, {"detail": 0.0}, {"detail": 1.0}, 1.02),
+        (smokiness, {}, {"smoke": 0.2}, {"smoke": 1.5}, 2.0),
+        (blueness, {"fire": "steam"}, {"smoke_colour": "#c08040"}, {"smoke_colour": "#4080c0"}, 2),
+        (width, BOOM, {"blast": 0.1}, {"blast": 1.0}, 1.2),
+        (height, {"fire": "steam"}, {"speed": 0.3}, {"speed": 3.0}, 1.2),
+        (lean, {"fire": "steam"}, {"direction": [-1, 0, 1]}, {"direction": [1, 0, 1]}, 1.2),
+        (
+            width, {}, {"burners": [{"size": 0.1}]},
+            {"burners": [{"at": [-0.2, 0, 0], "size": 0.1}, {"at": [0.2, 0, 0], "size": 0.1}]}, 1.5,
+        ),
+        (
+            brightness, {}, {"burners": [{"size": 0.12, "strength": 0.3}]},
+            {"burners": [{"size": 0.12}]}, 1.3,
+        ),
+    ],
+)  # fmt: skip
+def test_each_key_does_what_it_says(
+    figure: Callable[[FluidView], float],
+    common: dict[str, Any],
+    less: dict[str, Any],
+    more: dict[str, Any],
+    factor: float,
+) -> None:
+    low, high = figure(fire(**common, **less)), figure(fire(**common, **more))
+    assert high > factor * low, f"{low:.4g} and {high:.4g}"
 
 
 def test_wind_bends_the_fire_its_own_way() -> None:
