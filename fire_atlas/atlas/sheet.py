@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple, Protocol, Self
+from typing import Any, Literal, NamedTuple, Protocol, Self
 
 from numpy.typing import NDArray
 
@@ -209,19 +209,31 @@ class Animation:
     loop: bool
 
 
+Phase = Literal["ignite", "burn", "extinguish"]
+"""Whether a fire is being lit, burns, or is being put out."""
+
+
 @dataclass(frozen=True, slots=True)
 class State:
     """An animation as a state of a fire that a game changes.
 
     Attributes:
         animation: Its name.
-        wind: Level of wind of a loop; None for a transition.
-        following: Name of the loop that a transition leads to; None for a loop.
+        wind: Level of wind of a loop, if it is one of several; None otherwise.
+        following: Name of the animation that what plays once leads to; None for a loop, and for
+            what ends with a fire that is out.
+        phase: The phase that it shows, of a fire that is lit and put out; None otherwise.
     """
 
     animation: str
     wind: float | None = None
     following: str | None = None
+    phase: Phase | None = None
+
+    @property
+    def is_loop(self) -> bool:
+        """Whether it goes on for ever."""
+        return self.wind is not None or self.phase == "burn"
 
 
 @dataclass(frozen=True, slots=True)
@@ -246,12 +258,22 @@ class StateGraph:
     """Which animations may follow one another, and from which frame to which.
 
     Attributes:
-        states: The loops by increasing wind, then the transitions between them.
+        states: The loops by increasing wind, then the transitions between them; or the loop of a
+            fire that is lit and put out, then how it is lit, and how it is put out.
         transitions: All steps between them.
     """
 
     states: tuple[State, ...]
     transitions: tuple[StateTransition, ...]
+
+    @property
+    def winds(self) -> tuple[float, ...]:
+        """The winds of its loops, increasing; none of a fire in one wind."""
+        return tuple(state.wind for state in self.states if state.wind is not None)
+
+    def of_phase(self, phase: Phase) -> tuple[str, ...]:
+        """Return the names of the animations that show a phase, first the main one."""
+        return tuple(state.animation for state in self.states if state.phase == phase)
 
 
 @dataclass(frozen=True, slots=True)

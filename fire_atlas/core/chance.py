@@ -36,6 +36,7 @@ class RandomStream(IntEnum):
     BURNERS = 27
     STIRRING = 28
     FINE_DETAIL = 29
+    PHASES = 30
 
 
 def generator(seed: int, stream: RandomStream, index: int = 0) -> np.random.Generator:

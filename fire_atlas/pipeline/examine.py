@@ -6,7 +6,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from fire_atlas.core.errors import about
+from fire_atlas.core.errors import RecipeError, about
 from fire_atlas.core.named_sprite import refuse_equal_names
 from fire_atlas.core.workers import Workers
 from fire_atlas.core.workload import MAX_PIXELS
@@ -15,9 +15,11 @@ from fire_atlas.outputs.dependencies import inputs_of
 from fire_atlas.pipeline.animation.prepare import check_length
 from fire_atlas.pipeline.input.check import CheckedRecipe
 from fire_atlas.pipeline.input.open import source_key
+from fire_atlas.recipe.fluid import FluidSource
 from fire_atlas.recipe.load import LoadedRecipe
 from fire_atlas.recipe.located import located
 from fire_atlas.recipe.output import TemplateExport, export_name
+from fire_atlas.recipe.phases import NEEDS_LOOP
 from fire_atlas.recipe.problem import KeyPath
 from fire_atlas.recipe.source import FramesSource, SpritesSource
 from fire_atlas.sources.registry import examine_source
@@ -90,6 +92,11 @@ def _examine_part(
         found = examine_source(part, workers, max_pixels)
         if found.size is not None and found.exact:
             check_length(recipe.timeline.frames or 0, found.size, max_pixels)
+        if recipe.phases != "none" and isinstance(recipe.source, FluidSource):
+            from fire_atlas.generators.fluid.scene import plays_once
+
+            if plays_once(recipe.source):
+                raise RecipeError(NEEDS_LOOP, key=("phases",))
         if isinstance(recipe.source, FramesSource) and found.exact:
             check_timeline(recipe.timeline, found.count, found.fps)
     return found.notes, []

@@ -238,7 +238,7 @@ def _levels(sheet: AtlasSheet) -> list[str]:
 
 def _states(sheet: AtlasSheet) -> dict[str, Any] | None:
     """Return the graph of states, in which an animation is its number."""
-    if sheet.states is None:
+    if sheet.states is None or not sheet.states.winds:
         return None
     number = {animation.name: i for i, animation in enumerate(sheet.animations)}
     return {

@@ -18,6 +18,7 @@ from fire_atlas.recipe.effect import (
 )
 from fire_atlas.recipe.fluid import FluidSource
 from fire_atlas.recipe.output import GODOT_BLEED, Atlas, Export, Maps, MovieName, TrackName
+from fire_atlas.recipe.phases import PhasesOrNone
 from fire_atlas.recipe.problem import ContradictionError, Problem
 from fire_atlas.recipe.silk import SilkSource
 from fire_atlas.recipe.source import (
@@ -55,6 +56,8 @@ class Recipe(Settings):
     """Wind that carries flakes away outside the flame, by ``buoyancy.drag``, and bends the flame of
     sources ``profile``, ``silk`` and ``fluid``. The flame of ``frames`` stays as it is, so that
     wind on them is refused where it has nothing to carry."""
+    phases: PhasesOrNone = "none"
+    """How the fire is lit and put out, or ``none``: it burns for ever."""
     features: Features = Features()
     """Which edges of the flame can shed sparks (eq. 1-3)."""
     buoyancy: Buoyancy = Buoyancy()
@@ -98,6 +101,11 @@ class Recipe(Settings):
         return isinstance(self.source, SpritesSource) or bool(self.atlas.members)
 
     @property
+    def changes_in_game(self) -> bool:
+        """Whether a game changes it while it runs: the wind on it, or whether it burns."""
+        return bool(self.wind.levels) or self.phases != "none"
+
+    @property
     def has_effect(self) -> bool:
         """Whether frames are changed: flakes are added, or the flame is blurred."""
         return self.blurs_flame or self.flakes != "none"
@@ -137,6 +145,13 @@ class Recipe(Settings):
             raise ValueError("the recipe has no flakes")
         return self.flakes
 
+    def in_one_round(self) -> Self:
+        """Return the recipe with flakes that repeat with their loop: what it changes into takes
+        them on."""
+        if self.flakes == "none":
+            return self
+        return self.model_copy(update={"flakes": self.flakes.model_copy(update={"rounds": 1})})
+
     def without_flakes(self) -> Self:
         """Return the recipe without flakes."""
         return self.model_copy(update={"flakes": "none"})
@@ -157,6 +172,8 @@ class Recipe(Settings):
         yield from _idle_keys(self)
         if self.wind.levels:
             yield from _against_levels(self)
+        if self.phases != "none":
+            yield from _against_phases(self)
         if isinstance(self.source, FramesSource) and self.views != Views():
             yield Problem(
                 ("views",),
@@ -367,6 +384,37 @@ def _against_levels(recipe: Recipe) -> Iterator[Problem]:
         )
 
 
+def _against_phases(recipe: Recipe) -> Iterator[Problem]:
+    """Yield what cannot be combined with ``phases``."""
+    phases = ("phases",)
+    if recipe.wind.levels:
+        yield Problem(
+            phases,
+            "are of a fire in one wind: for each of wind.levels it would be lit and put out "
+            "otherwise; remove one of them, or build a recipe for each wind.level",
+        )
+    if recipe.views.count > 1:
+        yield Problem(phases, "are built for one side of the fire; remove views.count, or phases")
+    if recipe.composite.listed_ramps:
+        yield Problem(
+            ("composite", "ramp"),
+            "several ramps are animations of their own, while phases are one fire's; name one "
+            "ramp, not in a list",
+        )
+    if recipe.timeline.loop == "none":
+        yield Problem(
+            phases,
+            "are of a fire that loops; what plays once has a beginning and an end of its own. "
+            "Remove phases, or loop: none of the timeline",
+        )
+    if recipe.flakes != "none" and recipe.flakes.rounds not in ("auto", 1):
+        yield Problem(
+            ("flakes", "rounds"),
+            "with phases the flakes repeat with their loop, so that those that fly when it is left "
+            "fly on; remove it",
+        )
+
+
 def _against_tiles(views: Views) -> Iterator[Problem]:
     """Yield the views in which a tile would have a seam."""
     if views.count > 1:
@@ -402,6 +450,8 @@ def _fire_only_keys(recipe: Recipe) -> Iterator[Problem]:
     for key in ("flakes", "motion_blur"):
         if getattr(recipe, key) != "none":
             yield Problem((key,), "is of fire, but sprites are only packed; remove it")
+    if recipe.phases != "none":
+        yield Problem(("phases",), "are of fire, but sprites are only packed; remove it")
     for key in ("views", "wind", "features", "buoyancy", "composite"):
         if getattr(recipe, key) != type(getattr(recipe, key))():
             yield Problem((key,), "is of fire, but sprites are only packed; remove it")

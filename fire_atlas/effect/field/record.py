@@ -81,6 +81,16 @@ class FieldRecord:
                 began = plane[past_end % len(plane)]
                 began += ((now - began) * weight).astype(plane.dtype)
 
+    def played(self, shown: NDArray[np.intp], fuel: NDArray[np.float64]) -> Self:
+        """Return the record of a clip that plays frames ``shown`` of this once, with ``fuel`` 0..1
+        of the fire's in each, both (n,)."""
+        share = fuel.astype(np.float32)[:, None, None]
+        brightness = np.rint(self.brightness[shown] * share).astype(np.uint8)
+        heat = None if self.heat is None else (self.heat[shown] * share).astype(np.float16)
+        return replace(
+            self, u=self.u[shown], v=self.v[shown], brightness=brightness, loop=False, heat=heat
+        )
+
     def cross_faded(
         self,
         after: "FieldRecord",

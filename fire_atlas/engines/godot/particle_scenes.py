@@ -15,7 +15,7 @@ def particle_scenes(product: Product) -> Iterator[OutputFile]:
     """Yield a scene of particles for the flakes of each fire, of which views share one."""
     sheet, states = product.sheets[0], product.sheets[0].states
     shader = flake_shader("flakes", product, sheet, adds_up=False, particles=True)
-    loops = {state.animation for state in states.states if state.wind is not None} if states else {}
+    loops = {state.animation for state in states.states if state.is_loop} if states else {}
     for name, tracks in product.tracks.items():
         is_front = tracks.camera is None or tracks.camera.azimuth == 0
         if not is_front or (states and name not in loops):

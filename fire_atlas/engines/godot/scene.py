@@ -83,7 +83,7 @@ def scene_scripts(product: Product) -> Iterator[OutputFile]:
     """Yield the scripts of lamps and of changes of wind."""
     if product.lights:
         yield from script(product, LAMP, alpha=product.sheets[0].alpha)
-    if product.sheets[0].states is not None:
+    if (states := product.sheets[0].states) is not None and states.winds:
         yield from script(product, WIND)
 
 
@@ -101,7 +101,7 @@ def _played(product: Product, sheet: AtlasSheet) -> dict[str, Any]:
         "pixel_art": product.pixel_art,
         "player": script_reference(product, FLAKE_PLAYER),
         "texture_page": page and (page, image_uid(product, page)),
-        "graph": _graph(product, sheet) if sheet.states else None,
+        "graph": _graph(product, sheet) if sheet.states and sheet.states.winds else None,
     }
 
 

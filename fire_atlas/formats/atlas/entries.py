@@ -6,7 +6,7 @@ ValueError for an entry that is invalid.
 
 import json
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, get_args
 
 from fire_atlas.atlas.polygon import doubled_area
 from fire_atlas.atlas.sheet import (
@@ -17,6 +17,7 @@ from fire_atlas.atlas.sheet import (
     Heat,
     Mesh,
     Page,
+    Phase,
     Region,
     SheetMap,
     State,
@@ -286,12 +287,7 @@ def frame_tags(sheet: AtlasSheet, regions: Sequence[Region]) -> list[dict[str, A
 def states_entry(graph: StateGraph) -> dict[str, Any]:
     """Return the graph of states: ``meta.states``, in which a game finds its way between loops."""
     return {
-        "states": {
-            state.animation: {"loop": True, "wind": plain(state.wind, 6)}
-            if state.wind is not None
-            else {"next": state.following}
-            for state in graph.states
-        },
+        "states": {state.animation: _state_entry(state) for state in graph.states},
         "transitions": [
             {
                 "from": transition.before,
@@ -304,19 +300,30 @@ def states_entry(graph: StateGraph) -> dict[str, Any]:
     }
 
 
+def _state_entry(state: State) -> dict[str, Any]:
+    phase = {} if state.phase is None else {"phase": state.phase}
+    if not state.is_loop:
+        return {**phase, "next": state.following}
+    wind = {} if state.wind is None else {"wind": plain(state.wind, 6)}
+    return {**phase, "loop": True, **wind}
+
+
 def states_of(entry: dict[str, Any], frames: Mapping[str, int]) -> StateGraph:
     """Read a graph of states; ``frames`` has the number of frames of each animation."""
     names = tuple(frames)
     states = tuple(
         State(
             one_of(name, names),
-            wind=None if "next" in state else number(state["wind"], 0, MAX_LEVEL),
-            following=one_of(state["next"], names) if "next" in state else None,
+            wind=number(state["wind"], 0, MAX_LEVEL) if "wind" in state else None,
+            following=None if state.get("next") is None else one_of(state["next"], names),
+            phase=one_of(state["phase"], get_args(Phase)) if "phase" in state else None,
         )
         for name, state in entry["states"].items()
     )
     winds = [state.wind for state in states if state.wind is not None]
-    if len(winds) < 2 or winds != sorted(winds):
+    if not any(state.phase == "burn" for state in states) and (
+        len(winds) < 2 or winds != sorted(winds)
+    ):
         raise ValueError("the winds of its states are not two or more that increase")
     transitions = tuple(
         StateTransition(

@@ -7,7 +7,7 @@ from fire_atlas.atlas.sheet import State, StateGraph, StateTransition
 from fire_atlas.core.context import BuildContext
 from fire_atlas.core.fire_in_wind import FireInWind
 from fire_atlas.core.pixels import Pixels, as_plane
-from fire_atlas.effect.flakes.cross_fade import cross_faded
+from fire_atlas.effect.flakes.replay import cross_faded
 from fire_atlas.heat.ready import RampLight
 from fire_atlas.pipeline.animation.animate import (
     PreparedView,
@@ -79,15 +79,8 @@ def prepared_winds(
     for k, (wind, loop) in enumerate(zip(recipe.wind.steady(), fire.loops, strict=True)):
         with context.timer.measure("study"):
             clip, study = prepare(recipe, loop, k == 0, context)
-            recipe = _in_one_round(classify(recipe, clip, study, context)) if k == 0 else recipe
+            recipe = classify(recipe, clip, study, context).in_one_round() if k == 0 else recipe
         yield PreparedView(_loop(k), recipe.model_copy(update={"wind": wind}), clip, study)
-
-
-def _in_one_round(recipe: Recipe) -> Recipe:
-    """Return the recipe with flakes that repeat with their loop: transitions take them on."""
-    if recipe.flakes == "none":
-        return recipe
-    return recipe.model_copy(update={"flakes": recipe.flakes.model_copy(update={"rounds": 1})})
 
 
 def _changing(loops: Sequence[SimulatedClip], chosen: ChosenChange) -> SimulatedClip:

@@ -22,6 +22,10 @@ def contribute(
 ) -> Contribution:
     """Return the finished animations of a recipe; ``cells`` are those of its flakes' texture,
     ``ramps`` the colours of its fire, as from ``open_ramps``."""
+    if isinstance(opened, Mapping) and recipe.phases != "none":
+        from fire_atlas.pipeline.animation.change_phase import animate_in_phases
+
+        return animate_in_phases(recipe, recipe.phases, opened, cells, ramps, context)
     if isinstance(opened, Mapping):
         return animate_views(recipe, opened, cells, ramps, context)
     if isinstance(opened, FireInWind):

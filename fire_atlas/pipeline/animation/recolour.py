@@ -10,26 +10,21 @@ from numpy.typing import NDArray
 from fire_atlas.atlas.encode import encode_frame, is_page_ready
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.context import BuildContext
-from fire_atlas.core.picture import Picture, as_light, brightest_shown, brightness_of
-from fire_atlas.core.pixels import Pixels, Plane, as_plane, decode_unit, encode_unit
+from fire_atlas.core.picture import Picture, as_light
+from fire_atlas.core.pixels import Pixels, as_plane, decode_unit, encode_unit
 from fire_atlas.effect.flakes.tracks import COLUMNS, Table, Tracks
 from fire_atlas.effect.flame.segmentation import FlameSegmentation
 from fire_atlas.heat.ramp_colours import (
     HeatColours,
     Light,
-    OwnColours,
     Values,
     light_of_shown,
     needed,
     shown,
 )
 from fire_atlas.heat.ready import RampLight
+from fire_atlas.pipeline.animation.flame_part import FlamePart
 from fire_atlas.recipe.output import Atlas
-from fire_atlas.vision.sampling import evenly_spread
-from fire_atlas.vision.still import still_things
-
-_SAMPLES, _SAMPLED = 8, 1 << 15
-"""Number of frames by which a flame's own colours are measured, and of pixels of each."""
 
 _UNSEEN = np.float32(4e-4)
 """Light, linear, up to which what a flame adds to something solid is not seen: a step of sRGB."""
@@ -46,18 +41,12 @@ class Recolouring:
 
     Attributes:
         colours: Those of the ramp.
-        own: The flame's own colours, by which it is told from smoke and wood; None if something
-            else tells.
-        scene: Tells flame from the scene behind it, if the clip is an opaque scene.
-        still: (H, W) how far each pixel shows a thing that stands still, 0..1, if the clip is fire
-            on black, whose coverage says nothing of things.
+        part: Tells the flame from all else.
         solids: What stands in the fire, as ``Clip.solids``; None if that is unknown.
     """
 
     colours: HeatColours
-    own: OwnColours | None
-    scene: FlameSegmentation | None
-    still: Plane | None
+    part: FlamePart
     solids: Callable[[int], Pixels] | None
 
     @classmethod
@@ -65,12 +54,8 @@ class Recolouring:
         cls, clip: Clip, flame: FlameSegmentation, ramp: RampLight, context: BuildContext
     ) -> Self:
         """Return the colours of a ramp for a clip with this ``flame``."""
-        scene = None if flame.background is None else flame
-        is_told = clip.solids is not None or scene is not None
-        own = None if is_told else _own_colours(clip, context)
-        is_filmed = clip.matte == "luminance" and clip.flow is None
-        still = _still_things(clip, flame.activity, context) if is_filmed else None
-        return cls(HeatColours.of(ramp, clip.blend_space), own, scene, still, clip.solids)
+        part = FlamePart.of(clip, flame, context)
+        return cls(HeatColours.of(ramp, clip.blend_space), part, clip.solids)
 
     def flame(self, i: int, flame: Picture, atlas: Atlas) -> Picture:
         """Return the flame (H, W, 4) of frame ``i`` in these colours.
@@ -81,11 +66,7 @@ class Recolouring:
         light, space = as_light(flame), self.colours.blend_space
         where = np.flatnonzero(light[..., 3] > 0)
         seen = shown(light.reshape(-1, 4)[where], space)
-        coloured, share = self._coloured(seen)
-        if self.scene is not None:
-            share = self.scene.fire_before(brightness_of(flame, space), light).reshape(-1)[where]
-        if self.still is not None:
-            share = as_plane(share * (1 - self.still.reshape(-1)[where]))
+        coloured, share = self.colours.of_flame(seen), self.part.of_frame(flame, where, seen)
         if self.solids is not None:
             solid = self.solids(i).reshape(-1, 4)[where]
             before = np.flatnonzero(solid[:, 3] > 0)
@@ -105,7 +86,7 @@ class Recolouring:
     def palette(self, palette: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return colours of the clip, (n, 3) sRGB in 0..1, as they become."""
         seen = np.column_stack([palette, np.ones(len(palette), np.float32)])
-        coloured, share = self._coloured(seen)
+        coloured, share = self.colours.of_flame(seen), self.part.of_colours(seen)
         return as_plane(palette + (coloured[:, :3] - palette) * share[:, None])
 
     def tracks(self, tracks: Tracks) -> Tracks:
@@ -121,14 +102,10 @@ class Recolouring:
         coloured[:, _RGB] = hue * light.max(axis=1, keepdims=True)
         return coloured
 
-    def _coloured(self, seen: Light) -> tuple[Light, Values]:
-        """Return what is shown of pixels in these colours, and how much of each, 0..1, is flame."""
-        share = np.ones(len(seen), np.float32) if self.own is None else self.own.share(seen)
-        return self.colours.of_flame(seen), share
-
     def _before(self, seen: Light, solid: Light) -> tuple[Light, Values]:
-        """Return what ``_coloured`` does of pixels with flame before something ``solid``, (n, 4)
-        light and coverage: its light is shown through the flame's as film exposes both."""
+        """Return what is shown of pixels in these colours, with flame before something ``solid``,
+        (n, 4) light and coverage, and where there is flame, 0 or 1: the solid's light is shown
+        through the flame's as film exposes both."""
         whole, behind = decode_unit(seen[:, :3]), 1 - np.minimum(solid[:, :3], _MOST)
         flame = as_plane(np.maximum(1 - (1 - whole) / behind, 0))
         alone = np.hstack([encode_unit(flame), np.ones_like(flame[:, :1])])
@@ -139,25 +116,3 @@ class Recolouring:
         coloured[:, 3] += solid[:, 3] * (1 - coloured[:, 3])
         coloured[:, 3] = np.maximum(coloured[:, 3], needed(coloured, self.colours.blend_space))
         return coloured, as_plane((whole - solid[:, :3]).max(axis=1) > _UNSEEN)
-
-
-def _own_colours(clip: Clip, context: BuildContext) -> OwnColours:
-    """Measure the colours of a clip's flame in a few of its frames."""
-    stride = max(1, clip.width * clip.height // _SAMPLED)
-
-    def some(i: int) -> Light:
-        return clip.read(i).reshape(-1, 4)[::stride]
-
-    numbers = evenly_spread(0, clip.body - 1, _SAMPLES)
-    seen = shown(np.concatenate(list(context.workers.map(some, numbers))), clip.blend_space)
-    return OwnColours.of(seen, clip.blend_space, is_matted=clip.matte == "alpha")
-
-
-def _still_things(clip: Clip, activity: Plane, context: BuildContext) -> Plane:
-    """Return how far each pixel of a clip, (H, W) in 0..1, shows a thing that stands still."""
-
-    def brightness(i: int) -> Plane:
-        return brightest_shown(clip.picture(i)) * np.float32(255)
-
-    numbers = evenly_spread(0, clip.body - 1, _SAMPLES)
-    return still_things(list(context.workers.map(brightness, numbers)), activity)

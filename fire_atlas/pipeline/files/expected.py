@@ -98,8 +98,9 @@ def _images(recipe: Recipe) -> Iterator[tuple[str, Role, Channels]]:
 
 def _animation_files(recipe: Recipe) -> Iterator[OutputNames]:
     """Yield the tracks, the light and the movies of each animation."""
-    several = recipe.atlas.members or recipe.wind.levels or recipe.composite.listed_ramps
-    is_one = recipe.views.count == 1 and not several
+    is_one = recipe.views.count == 1 and not (
+        recipe.atlas.members or recipe.changes_in_game or recipe.composite.listed_ramps
+    )
     is_known = is_one and recipe.flakes != "none"
     for track in recipe.tracks:
         if track == "light":

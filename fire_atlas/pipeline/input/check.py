@@ -43,7 +43,7 @@ def load_checked(tree: RecipeTree) -> CheckedRecipe:
         OutputError: It needs an optional package that is not installed.
     """
     loaded = load_tree(tree)
-    of_members = _members_in_wind(loaded), _sources_of_maps(loaded), _ramps_of_members(loaded)
+    of_members = _members_with_states(loaded), _sources_of_maps(loaded), _ramps_of_members(loaded)
     problems = [*_problems(loaded.recipe), *chain.from_iterable(of_members)]
     problems += _sprites_on_pages(loaded)
     if problems:
@@ -54,9 +54,9 @@ def load_checked(tree: RecipeTree) -> CheckedRecipe:
     return CheckedRecipe(loaded)
 
 
-def _members_in_wind(loaded: LoadedRecipe) -> Iterator[Problem]:
-    """Yield a problem for each recipe with ``wind.levels`` among several that share pages: what
-    describes these has one graph of states."""
+def _members_with_states(loaded: LoadedRecipe) -> Iterator[Problem]:
+    """Yield a problem for each recipe with ``wind.levels`` or ``phases`` among several that share
+    pages: what describes these has one graph of states."""
     for i, member in enumerate(loaded.members):
         if member.recipe.wind.levels:
             yield Problem(
@@ -64,10 +64,18 @@ def _members_in_wind(loaded: LoadedRecipe) -> Iterator[Problem]:
                 f"{member.recipe.name} has wind.levels, which need pages of their own; build it "
                 f"alone, or give it one wind.level",
             )
+        if member.recipe.phases != "none":
+            yield Problem(
+                (*MEMBERS, i),
+                f"{member.recipe.name} has phases, which need pages of their own; build it alone, "
+                f"or remove its phases",
+            )
     if loaded.members and loaded.recipe.wind.levels:
         yield Problem(
             ("wind", "levels"), "need pages of their own; remove atlas.members, or the levels"
         )
+    if loaded.members and loaded.recipe.phases != "none":
+        yield Problem(("phases",), "need pages of their own; remove atlas.members, or phases")
 
 
 def _sources_of_maps(loaded: LoadedRecipe) -> Iterator[Problem]:

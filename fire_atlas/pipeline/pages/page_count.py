@@ -96,7 +96,7 @@ def _remedies(
             yield f"source.size: {name}"
         elif smaller := nearly_largest(scaled_to, atlas, pages, _LEAST_HEIGHT, height - 1):
             yield _as_high(recipe.source, size, smaller) + as_many
-        if recipe.timeline.tail is False and not recipe.wind.levels:
+        if recipe.timeline.tail is False and not recipe.changes_in_game:
             shortened = made_at(height).shortened
             if fewer := nearly_largest(shortened, atlas, pages, _LEAST_FRAMES, most - 1):
                 # A pingpong has an even number of frames.

@@ -5,7 +5,7 @@ import pytest
 from numpy.typing import NDArray
 
 from fire_atlas.core.pixels import decode_bytes, expose
-from fire_atlas.effect.flakes.cross_fade import cross_faded
+from fire_atlas.effect.flakes.replay import cross_faded
 from fire_atlas.effect.flakes.texture import TextureCells, draw_textured
 from fire_atlas.effect.flakes.tracks import (
     COLUMNS,
