@@ -27,6 +27,12 @@ _ENTRY_TIMES = 0.15, 0.2, 0.3, 0.4, 0.5
 """Durations, s, in which what follows another frame passes into what follows the last one: the
 shortest without a large step is taken."""
 
+_BURNT = 0.85
+"""Part of an extinction after which the flame has gone out: smoke and flakes are left."""
+
+_SPARK = 0.1
+"""Fuel of the first flame of a fire that is lit."""
+
 _STEP_TARGET = 1.15
 """Largest step that is looked for, in median steps: flakes will add to it."""
 
@@ -65,14 +71,15 @@ class Exit:
 def ignition(loop: int, count: int) -> PhaseFrames:
     """Return the frames of a fire that is lit in ``count`` frames, before a loop of ``loop``."""
     shown = np.arange(-count, 0) % loop
-    return PhaseFrames(shown, smooth_step(np.arange(1, count + 1) / (count + 1)))
+    time = np.arange(1, count + 1) / (count + 1)
+    return PhaseFrames(shown, _SPARK + (1 - _SPARK) * smooth_step(time))
 
 
 def extinction(loop: int, count: int) -> PhaseFrames:
     """Return the frames of a fire that goes out in ``count`` frames, after a loop of ``loop``; the
     last of them is dark."""
     shown = np.arange(count) % loop
-    return PhaseFrames(shown, 1 - smooth_step(np.arange(1, count + 1) / count))
+    return PhaseFrames(shown, 1 - smooth_step(np.arange(1, count + 1) / (count * _BURNT)))
 
 
 def exit_frames(loop: int, fps: float) -> list[int]:
@@ -89,6 +96,8 @@ def choose_exit(
     fuel: NDArray[np.float64],
     unit: float,
     draw: Callable[[int, float], Pixels],
+    *,
+    is_drawn: bool,
 ) -> Exit:
     """Return how a fire goes out after a ``frame`` that is not the last of its loop.
 
@@ -99,6 +108,7 @@ def choose_exit(
         fuel: (frames of ``dying``,) how much of its fuel burns, 0..1.
         unit: The median step from frame to frame.
         draw: ``draw(i, fuel)`` returns frame i of the loop with so much fuel.
+        is_drawn: Whether it is drawn in flat colours, which are never mixed: it is cut.
     """
     best: Exit | None = None
     most = dying.count - 1
@@ -106,6 +116,7 @@ def choose_exit(
         count = min(max(2, round(time * loop.fps)), most)
         shown = (frame + 1 + np.arange(count)) % loop.count
         share = smooth_step(np.arange(1, count + 1) / (count + 1))
+        share = np.rint(share) if is_drawn else share
         passing = [
             mixed(draw(int(shown[k]), float(fuel[k])), dying.read(k), float(share[k]))
             for k in range(count)

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any, TypeVar
 
 import numpy as np
@@ -11,14 +12,18 @@ from numpy.typing import NDArray
 from fire_atlas.atlas.sheet import State, StateGraph, StateTransition
 from fire_atlas.core.clip import Clip, FireInDepth, kept
 from fire_atlas.core.context import BuildContext
+from fire_atlas.core.easing import smooth_step
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.core.pixels import Pixels, Plane, as_plane
+from fire_atlas.effect.field.wind import LEVEL_SPEED, wind_velocity
 from fire_atlas.effect.flakes.phase import dying_flakes, lit_flakes, passing_flakes
 from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.effect.flame.study import FlameStudy
+from fire_atlas.effect.flame.wisp import LIGHT, Wisp
 from fire_atlas.heat.fuel import FlameFuel
 from fire_atlas.heat.ready import RampLight
 from fire_atlas.pipeline.animation.animate import (
+    PreparedView,
     add_flakes,
     finish,
     prepared_texture,
@@ -48,6 +53,12 @@ _MEASURED = 8
 
 _UPWARDS = 0.7
 """Part of the way that a fire's gas goes upwards, from which on it stands on its foot."""
+
+_SMOKES = 0.5
+"""Fuel from which on down a fire that goes out smokes."""
+
+_SMOKE_ENDS = 0.25
+"""Last part of an extinction in which its smoke is seen to go."""
 
 _UNLIT = 0.3
 """Light of what stands in a fire when that is out, of its light in the full fire."""
@@ -89,7 +100,9 @@ def animate_in_phases(
     for ramp in ramps.values():
         burning = burning.in_ramp(ramp, context)
     with context.timer.measure("study"):
-        fire = _PhasedFire(burning, drawn_with_fuel(burning, context), context)
+        draw = drawn_with_fuel(burning, context, is_pixel_art=view.recipe.is_pixel_art)
+        wisp = None if burning.is_drawn else _smoke_over(view)
+        fire = _PhasedFire(burning, draw, wisp, context)
         simulated, states, figures = fire.animations(phases)
     animations = {name: finish(view.recipe, clip, context) for name, clip in simulated.items()}
     statistics = {name: animation.all_statistics() for name, animation in animations.items()}
@@ -99,14 +112,15 @@ def animate_in_phases(
     )
 
 
-def drawn_with_fuel(burning: SimulatedClip, context: BuildContext) -> Draw:
+def drawn_with_fuel(burning: SimulatedClip, context: BuildContext, *, is_pixel_art: bool) -> Draw:
     """Return what draws the frames of a loop with less fuel: its flame gets smaller, and what
     stands in it darker."""
     clip, study = burning.clip, burning.study
     part = parting(clip, study.segmentation, context)
     flames = [part(i).flame for i in evenly_spread(0, clip.count - 1, _MEASURED)]
     foot, size = _foot(study)
-    flame = FlameFuel.of(flames, foot, study.buoyancy, size, is_drawn=burning.is_drawn)
+    art = study.art if is_pixel_art else None
+    flame = FlameFuel.of(flames, foot, study.buoyancy, size, is_drawn=burning.is_drawn, art=art)
     is_apart = clip.solids is not None or study.segmentation.background is not None
     # What is no flame but moves is smoke, and goes with it.
     moving = np.zeros_like(study.kappa) if is_apart else study.segmentation.activity
@@ -123,6 +137,23 @@ def drawn_with_fuel(burning: SimulatedClip, context: BuildContext) -> Draw:
     return draw
 
 
+def _smoke_over(view: PreparedView) -> Wisp | None:
+    """Return the smoke over a fire that has gone out; None where pages cannot hold any, of art, and
+    of fire that does not rise."""
+    recipe, clip, study = view.recipe, view.clip, view.study
+    is_shown = recipe.atlas.pixels == "color" and recipe.atlas.alpha != "additive"
+    if not is_shown or clip.matte == "none" or study.buoyancy[1] > -_UPWARDS:
+        return None
+    right, _ = wind_velocity(recipe.wind, 0.0)
+    return Wisp.over(
+        (clip.width, clip.height),
+        study.base,
+        study.box.right + 1 - study.box.left,
+        right * LEVEL_SPEED,
+        recipe.seed,
+    )
+
+
 def _foot(study: FlameStudy) -> tuple[tuple[float, float], tuple[float, float]]:
     """Return the foot of a flame, px, and its size along the way it rises, and across."""
     box, (x, y) = study.box, study.buoyancy
@@ -136,10 +167,11 @@ def _foot(study: FlameStudy) -> tuple[tuple[float, float], tuple[float, float]]:
 
 @dataclass(frozen=True, slots=True)
 class _PhasedFire:
-    """A loop with its flakes, and what draws it with less fuel."""
+    """A loop with its flakes, what draws it with less fuel, and the smoke of what has gone out."""
 
     burning: SimulatedClip
     draw: Draw
+    wisp: Wisp | None
     context: BuildContext
 
     def animations(
@@ -156,7 +188,7 @@ class _PhasedFire:
             steps.append(StateTransition(IGNITE, len(frames.shown) - 1, BURN, 0))
         if phases.extinguish != "none":
             frames = extinction(loop.count, _count(phases.extinguish, loop.fps))
-            dying = self._played(frames, self._picture(frames), dying_flakes)
+            dying = self._smoking(self._played(frames, self._picture(frames), dying_flakes), frames)
             found[EXTINGUISH] = dying
             states.append(State(EXTINGUISH, phase="extinguish"))
             steps.append(StateTransition(BURN, loop.count - 1, EXTINGUISH, 0))
@@ -178,7 +210,10 @@ class _PhasedFire:
         *others, _ = exit_frames(loop.count, loop.fps)
         exits = list(
             workers.map(
-                lambda frame: choose_exit(frame, loop, dying, frames.fuel, unit, self.draw), others
+                lambda frame: choose_exit(
+                    frame, loop, dying, frames.fuel, unit, self.draw, is_drawn=self.burning.is_drawn
+                ),
+                others,
             )
         )
         worst = max((chosen.largest_step for chosen in exits), default=0.0)
@@ -205,6 +240,35 @@ class _PhasedFire:
         flown = None if tracks is None else flakes(tracks, frames.shown, frames.fuel)
         clip = _replayed(self.burning.clip, frames.shown, frames.fuel, picture)
         return self._simulated(clip, frames, flown)
+
+    def _smoking(self, dying: SimulatedClip, frames: PhaseFrames) -> SimulatedClip:
+        """Return a fire that goes out with a wisp of smoke over it, which is gone at its end."""
+        wisp, clip = self.wisp, dying.clip
+        if wisp is None:
+            return dying
+        begins = int(np.argmax(frames.fuel < _SMOKES))
+        left = 1 - smooth_step(np.linspace(0, 1, clip.count) / _SMOKE_ENDS - (1 / _SMOKE_ENDS - 1))
+
+        @cache
+        def smoke(i: int) -> Pixels:
+            cover = wisp.coverage((i - begins) / clip.fps, float(left[i]))
+            return as_plane(cover[..., None] * np.array([LIGHT, LIGHT, LIGHT, 1], np.float32))
+
+        def before(pixels: Callable[[int], Pixels]) -> Callable[[int], Pixels]:
+            return lambda i: as_plane(pixels(i) * (1 - smoke(i)[..., 3:]) + smoke(i))
+
+        def covering(plane: Callable[[int], Plane]) -> Callable[[int], Plane]:
+            return lambda i: as_plane(1 - (1 - plane(i)) * (1 - smoke(i)[..., 3]))
+
+        return replace(
+            dying,
+            clip=replace(
+                clip,
+                picture=kept(replace(clip, picture=before(clip.read))).picture,
+                solids=clip.solids and before(clip.solids),
+                hidden=clip.hidden and covering(clip.hidden),
+            ),
+        )
 
     def _entering(self, chosen: Exit, frames: PhaseFrames, dying: SimulatedClip) -> SimulatedClip:
         """Return what leads from a frame of the loop into a fire that is put out."""

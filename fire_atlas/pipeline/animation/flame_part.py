@@ -12,6 +12,7 @@ from fire_atlas.core.clip import Clip
 from fire_atlas.core.context import BuildContext
 from fire_atlas.core.picture import Picture, as_light, brightest_shown, brightness_of
 from fire_atlas.core.pixels import Pixels, Plane, as_plane
+from fire_atlas.effect.composition.cover import hidden_by_coverage
 from fire_atlas.effect.flame.segmentation import FlameSegmentation
 from fire_atlas.heat.ramp_colours import Light, OwnColours, Values, shown
 from fire_atlas.vision.sampling import evenly_spread
@@ -19,6 +20,12 @@ from fire_atlas.vision.still import still_things
 
 _SAMPLES, _SAMPLED = 8, 1 << 15
 """Number of frames by which a flame's own colours are measured, and of pixels of each."""
+
+_SOLID, _SMALLEST = 0.5, 0.002
+"""How much a thing hides, and the part of the frame that things have at least."""
+
+_SURE = np.float32(3)
+"""Times what a pixel hides that it is not light alone, up to all of it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,10 +108,16 @@ def parting(clip: Clip, flame: FlameSegmentation, context: BuildContext) -> Call
         darkest[..., :3] *= (1 - part.of_picture(darkest))[..., None]
         return lambda i: _without(clip.read(i), darkest)
 
+    if part.still is not None:  # of fire on black, all that does not stand still is light
+        glow = 1 - part.still[..., None]
+        return lambda i: Parted(as_plane(clip.read(i) * glow), as_plane(clip.read(i) * (1 - glow)))
+
     def parted(i: int) -> Parted:
         whole = clip.read(i)
-        share = part.of_picture(whole)[..., None]
-        return Parted(as_plane(whole * share), as_plane(whole * (1 - share)))
+        # What hides no more than its light needs is light, of whatever colour.
+        solid = np.minimum(hidden_by_coverage(whole) * _SURE, 1)
+        rest = ((1 - part.of_picture(whole)) * solid)[..., None]
+        return Parted(as_plane(whole * (1 - rest)), as_plane(whole * rest))
 
     return parted
 
@@ -126,10 +139,19 @@ def _own_colours(clip: Clip, context: BuildContext) -> OwnColours:
 
 
 def _still_things(clip: Clip, activity: Plane, context: BuildContext) -> Plane:
-    """Return how far each pixel of a clip, (H, W) in 0..1, shows a thing that stands still."""
+    """Return how far each pixel of a clip, (H, W) in 0..1, shows a thing that stands still.
+
+    Where the room was cleared away the coverage says so: a thing covers more than its light needs.
+    """
 
     def brightness(i: int) -> Plane:
         return brightest_shown(clip.picture(i)) * np.float32(255)
 
+    def hidden(i: int) -> Plane:
+        return hidden_by_coverage(clip.picture(i))
+
     numbers = evenly_spread(0, clip.body - 1, _SAMPLES)
+    covered = reduce(np.minimum, context.workers.map(hidden, numbers))
+    if (covered > _SOLID).mean() > _SMALLEST:
+        return covered
     return still_things(list(context.workers.map(brightness, numbers)), activity)
