@@ -21,7 +21,7 @@ from fire_atlas.recipe.phases import MAX_EXIT
 from fire_atlas.vision.thumbnails import distance
 
 MAX_STEP = 1.25
-"""Largest step of a change that nobody sees, in median steps of what it leads from and to."""
+"""Largest step of a change that nobody sees, in the larger median step of what is on both sides."""
 
 _ENTRY_TIMES = 0.15, 0.2, 0.3, 0.4, 0.5
 """Durations, s, in which what follows another frame passes into what follows the last one: the
@@ -59,7 +59,8 @@ class Exit:
         shown: (n,) the frames of the loop that would follow.
         share: (n,) how far each has passed into that of the fire that is put out after the last
             frame of the loop, between 0 and 1. That goes on with its frame n.
-        largest_step: Largest step of this, in median steps of the loop and of what is put out.
+        largest_step: Largest step of this and into and out of it, in the larger of the median steps
+            of what is on both sides.
     """
 
     frame: int
@@ -94,7 +95,7 @@ def choose_exit(
     loop: Clip,
     dying: Clip,
     fuel: NDArray[np.float64],
-    unit: float,
+    units: tuple[float, float],
     draw: Callable[[int, float], Pixels],
     *,
     is_drawn: bool,
@@ -106,7 +107,7 @@ def choose_exit(
         loop: The loop.
         dying: The fire that goes out after the loop's last frame.
         fuel: (frames of ``dying``,) how much of its fuel burns, 0..1.
-        unit: The median step from frame to frame.
+        units: The median steps from frame to frame of ``loop`` and ``dying``.
         draw: ``draw(i, fuel)`` returns frame i of the loop with so much fuel.
         is_drawn: Whether it is drawn in flat colours, which are never mixed: it is cut.
     """
@@ -122,7 +123,10 @@ def choose_exit(
             for k in range(count)
         ]
         frames = [loop.read(frame), *passing, dying.read(count)]
-        step = max(distance(*pair) for pair in itertools.pairwise(frames)) / max(unit, 1e-12)
+        steps = [distance(*pair) for pair in itertools.pairwise(frames)]
+        own = float(np.median(steps[1:-1]))
+        usual = [max(own, units[0]), *[max(own, *units)] * (count - 1), max(own, units[1])]
+        step = float(np.max(np.array(steps) / np.maximum(usual, 1e-12)))
         if best is None or step < best.largest_step:
             best = Exit(frame, shown, share, step)
         if best.largest_step <= _STEP_TARGET or count == most:

@@ -206,12 +206,18 @@ class _PhasedFire:
     def _exits(self, frames: PhaseFrames, dying: Clip) -> list[Exit]:
         """Return how the fire goes out after other frames than the last one of its loop."""
         loop, workers = self.burning.clip, self.context.workers
-        unit = max(median_step(loop, workers), median_step(dying, workers))
+        units = median_step(loop, workers), median_step(dying, workers)
         *others, _ = exit_frames(loop.count, loop.fps)
         exits = list(
             workers.map(
                 lambda frame: choose_exit(
-                    frame, loop, dying, frames.fuel, unit, self.draw, is_drawn=self.burning.is_drawn
+                    frame,
+                    loop,
+                    dying,
+                    frames.fuel,
+                    units,
+                    self.draw,
+                    is_drawn=self.burning.is_drawn,
                 ),
                 others,
             )
