@@ -138,7 +138,7 @@ def test_what_stands_in_a_fire_stays_and_gets_darker(tmp_path: Path) -> None:
     stays = out[..., 3] > 0.9
     assert stays.sum() > 100
     assert out[..., :3][stays].mean() < 0.4 * burning[..., :3][stays].mean()
-    assert out[..., 3][~stays].mean() < 0.1 * burning[..., 3][~stays].mean()
+    assert out[..., 3][~stays].mean() < 0.2 * burning[..., 3][~stays].mean()
     assert stays[: len(stays) // 2].sum() == 0
 
 
