@@ -23,7 +23,7 @@ from fire_atlas.vision.thumbnails import distance
 MAX_STEP = 1.25
 """Largest step of a change that nobody sees, in the larger median step of what is on both sides."""
 
-_ENTRY_TIMES = 0.15, 0.2, 0.3, 0.4, 0.5
+_ENTRY_TIMES = 0.15, 0.2, 0.3, 0.4, 0.5, 0.75, 1.0
 """Durations, s, in which what follows another frame passes into what follows the last one: the
 shortest without a large step is taken."""
 
