@@ -20,6 +20,7 @@ from fire_atlas.engines.godot.names import (
     MOTION_SCENE,
     MOTION_SHADER,
     PARTICLES_SCENE,
+    PHASES,
     SCENE_ENDING,
     SPACE_PLAYER,
     SPACE_SCENE,
@@ -93,3 +94,5 @@ def _scripts(recipe: Recipe) -> Iterator[str]:
         yield LAMP
     if recipe.wind.levels:
         yield WIND
+    if recipe.phases != "none":
+        yield PHASES

@@ -32,8 +32,8 @@ SPACE_PLAYER, SPACE_TABLES = "_flakes_3d.gd", "_flakes_3d.tres"
 SPACE_SCENE = "_flakes_3d.tscn"
 """Of the same for flakes in three dimensions, and of their scene."""
 
-LAMP, WIND = "_light.gd", "_wind.gd"
-"""Of the scripts of lamps and of changes of wind."""
+LAMP, WIND, PHASES = "_light.gd", "_wind.gd", "_phases.gd"
+"""Of the scripts of lamps, of changes of wind, and of what is lit and put out."""
 
 HEAT_SHADER, HEAT_PLAYER = "_heat.gdshader", "_heat.gd"
 HAZE_SHADER, HAZE_PLAYER = "_haze.gdshader", "_haze.gd"

@@ -1,10 +1,10 @@
 """The scene of each scale, and the one that adds up the light of flame and flakes."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
-from fire_atlas.atlas.sheet import AtlasSheet
+from fire_atlas.atlas.sheet import AtlasSheet, Phase, StateGraph
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.engines.godot.flake_player import (
@@ -21,6 +21,7 @@ from fire_atlas.engines.godot.names import (
     FLAKE_PLAYER,
     FRAMES_ENDING,
     LAMP,
+    PHASES,
     SCENE_ENDING,
     WIND,
     node_name,
@@ -39,6 +40,9 @@ from fire_atlas.engines.godot.resources import (
 from fire_atlas.engines.godot.smoke import smoke_of
 from fire_atlas.engines.godot.sprite_frames import FrameBounds, pivots
 from fire_atlas.formats.product import Product
+
+_PHASES: Mapping[str, Phase] = {"burn": "burn", "ignition": "ignite", "extinction": "extinguish"}
+"""Which phase is shown by the animation that a property of a scene's script names."""
 
 
 def scene(product: Product, sheet: AtlasSheet, flakes: dict[str, Tracks]) -> OutputFile:
@@ -80,11 +84,12 @@ def summed_scene(product: Product, sheet: AtlasSheet, arrays: FlakeArrays) -> It
 
 
 def scene_scripts(product: Product) -> Iterator[OutputFile]:
-    """Yield the scripts of lamps and of changes of wind."""
+    """Yield the scripts of lamps, and of what a game changes."""
+    sheet = product.sheets[0]
     if product.lights:
-        yield from script(product, LAMP, alpha=product.sheets[0].alpha)
-    if (states := product.sheets[0].states) is not None and states.winds:
-        yield from script(product, WIND)
+        yield from script(product, LAMP, alpha=sheet.alpha)
+    if sheet.states is not None:
+        yield from script(product, _script_of(sheet.states))
 
 
 def _played(product: Product, sheet: AtlasSheet) -> dict[str, Any]:
@@ -101,28 +106,35 @@ def _played(product: Product, sheet: AtlasSheet) -> dict[str, Any]:
         "pixel_art": product.pixel_art,
         "player": script_reference(product, FLAKE_PLAYER),
         "texture_page": page and (page, image_uid(product, page)),
-        "graph": _graph(product, sheet) if sheet.states and sheet.states.winds else None,
+        "graph": _graph(product, sheet, sheet.states) if sheet.states else None,
     }
 
 
-def _graph(product: Product, sheet: AtlasSheet) -> dict[str, Any]:
-    """Return what the template of a scene needs of the graph of states."""
-    assert sheet.states is not None
+def _graph(product: Product, sheet: AtlasSheet, graph: StateGraph) -> dict[str, Any]:
+    """Return what the template of a scene needs of the graph of its states."""
     named = titles(animation.name for animation in sheet.animations)
-    winds = [
-        (state.wind, state.animation) for state in sheet.states.states if state.wind is not None
-    ]
-    ways = sheet.states.transitions
+    loops = [state.animation for state in graph.states if state.wind is not None]
+    phases = {
+        name: named[main] for name, phase in _PHASES.items() for main in graph.of_phase(phase)[:1]
+    }
+    ways = graph.transitions
     properties = rendered_text(
-        "wind.properties",
-        levels=[wind for wind, _ in winds],
-        loops=[named[animation] for _, animation in winds],
+        "states.properties",
+        levels=graph.winds,
+        loops=[named[loop] for loop in loops],
+        phases=phases,
         befores=[named[way.before] for way in ways],
         leaves=[way.frame for way in ways],
         afters=[named[way.after] for way in ways],
         entries=[way.entry for way in ways],
     )
-    return {"script": script_reference(product, WIND), "properties": properties.rstrip()}
+    script = script_reference(product, _script_of(graph))
+    return {"script": script, "properties": properties.rstrip()}
+
+
+def _script_of(graph: StateGraph) -> str:
+    """Return what ends the name of the script that leads from state to state."""
+    return WIND if graph.winds else PHASES
 
 
 def _views(product: Product, sheet: AtlasSheet) -> list[dict[str, Any]]:
