@@ -35,9 +35,9 @@ def flake_player(product: Product, arrays: FlakeArrays) -> Iterator[OutputFile]:
 
 def played_arrays(product: Product) -> FlakeArrays | None:
     """Return the tables of the flakes that the scene plays; None if there are none."""
-    flakes = played_flakes(product)
-    names = [cell.name for cell in played_cells(product, product.sheets[0])]
-    return flake_arrays(flakes, pivots(product.sheets[0]), names) if flakes else None
+    flakes, sheet = played_flakes(product), product.sheets[0]
+    names = [cell.name for cell in played_cells(product, sheet)]
+    return flake_arrays(flakes, pivots(sheet), names, sheet.states) if flakes else None
 
 
 def played_flakes(product: Product) -> dict[str, Tracks]:

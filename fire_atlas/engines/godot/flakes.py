@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fire_atlas.atlas.sheet import StateGraph, StateTransition
 from fire_atlas.core.decimals import table_text
 from fire_atlas.effect.flakes.drawing import HALO_LIGHT, HALO_WIDTH
 from fire_atlas.effect.flakes.tracks import Tracks, as_drawn, by_column
@@ -25,6 +26,9 @@ _DECIMALS_IN_SPACE = [
 _FAINTEST = 1e-4
 """Light, linear, below which players draw no halo."""
 
+_SAME = 0.01
+"""Largest distance, px, from where a flake was to be to that which is the same elsewhere."""
+
 
 @dataclass(frozen=True, slots=True)
 class FlakeArrays:
@@ -36,7 +40,8 @@ class FlakeArrays:
         rounds: Number of rounds of each animation that its frames cover.
         hard: Whether the flakes of an animation are squares that move once a frame, 1 or 0.
         first: Index of the first row of each frame, and last the number of all rows.
-        next: Index of the row of the same flake in the following frame, -1 if there is none.
+        next: Index of the row of the same flake in the following frame, -1 if there is none. After
+            the last frame of what plays once that is one of the animation that it leads to.
         rows: (rows, 11) position x, y from the pivot, px, y down; displacement to the next frame
             dx, dy, px; length and width, px; rotation, rad, clockwise on screen; linear light
             r, g, b at the head; light at the tail relative to that.
@@ -68,6 +73,7 @@ def flake_arrays(
     tracks: Mapping[str, Tracks],
     pivots: Mapping[str, tuple[float, float]],
     names: Sequence[str] = (),
+    graph: StateGraph | None = None,
 ) -> FlakeArrays:
     """Return the arrays of flakes.
 
@@ -75,8 +81,10 @@ def flake_arrays(
         tracks: By animation.
         pivots: The pivot of each animation, px.
         names: Of the cells of textures that can be played, in the order of their indices.
+        graph: How the animations lead to one another, if they do.
     """
     begins, first, following = [0], [0], list[int]()
+    begins_of = dict[str, int]()
     index = {name: i for i, name in enumerate(names)}
     cells = list[int]()
     tables = []
@@ -86,10 +94,16 @@ def flake_arrays(
         counts = [len(frame) for frame in drawn.frames]
         rows_after = drawn.following_rows()
         following += np.where(rows_after < 0, -1, first[-1] + rows_after).tolist()
+        begins_of[name] = begins[-1]
         first += [first[-1] + int(end) for end in np.cumsum(counts)]
         begins.append(len(first) - 1)
         tables += [_rows(frame, drawn, pivots[name]) for frame in drawn.frames]
         cells += _cells(drawn, index)
+    for way in graph.transitions if graph else ():
+        if not tracks[way.before].loop:
+            row = first[begins_of[way.before] + way.frame]
+            after = _rows_after(tracks, way, first[begins_of[way.after] + way.entry])
+            following[row : row + len(after)] = after.tolist()
     rows = np.concatenate(tables)
     return FlakeArrays(
         begins=begins,
@@ -103,6 +117,24 @@ def flake_arrays(
         most=int(np.diff(first).max()),
         bounds=_bounds(rows, np.array(cells) >= 0),
     )
+
+
+def _rows_after(
+    tracks: Mapping[str, Tracks], way: StateTransition, first: int
+) -> NDArray[np.int64]:
+    """Return the index of the same flake, or -1, for each row of the frame before a transition;
+    ``first`` is that of the first row of the frame after it."""
+    here, there = (
+        by_column(tracks[name].frames[frame])
+        for name, frame in ((way.before, way.frame), (way.after, way.entry))
+    )
+    if not len(there["x"]):
+        return np.full(len(here["x"]), -1)
+    fps = tracks[way.before].fps
+    ahead = here["x"] + here["vx"] / fps + 1j * (here["y"] + here["vy"] / fps)
+    off = np.abs(ahead[:, np.newaxis] - (there["x"] + 1j * there["y"]))
+    is_same = off.min(axis=1) < _SAME
+    return np.where(is_same, first + off.argmin(axis=1), -1)
 
 
 def _cells(tracks: Tracks, index: Mapping[str, int]) -> list[int]:
@@ -139,7 +171,9 @@ def _bounds(rows: NDArray[np.float64], has_corners: NDArray[np.bool_]) -> tuple[
     return low[0], low[1], high[0] - low[0], high[1] - low[1]
 
 
-def flake_arrays_in_space(tracks: Mapping[str, Tracks]) -> FlakeArrays:
+def flake_arrays_in_space(
+    tracks: Mapping[str, Tracks], graph: StateGraph | None = None
+) -> FlakeArrays:
     """Return the arrays of ``tracks`` of a fire with depth, as seen by any camera, without cells.
 
     Rows have 12 numbers: position x, y, z from the middle of the fire on the ground, px, y up and
@@ -147,7 +181,7 @@ def flake_arrays_in_space(tracks: Mapping[str, Tracks]) -> FlakeArrays:
     it, less its ends, and width, px; linear light r, g, b at the head; light at the tail relative
     to that. ``bounds`` has the size of a cube around the origin that holds all flakes.
     """
-    arrays = flake_arrays(tracks, dict.fromkeys(tracks, (0.0, 0.0)))
+    arrays = flake_arrays(tracks, dict.fromkeys(tracks, (0.0, 0.0)), graph=graph)
     tables = [_rows_in_space(rows, flown) for flown in tracks.values() for rows in flown.frames]
     rows = np.concatenate(tables)
     return replace(arrays, rows=rows, bounds=_cube(rows), decimals=_DECIMALS_IN_SPACE)

@@ -34,7 +34,7 @@ def flakes_in_space(product: Product) -> Iterator[OutputFile]:
         flakes,
     )
     tables = product.name + SPACE_TABLES
-    arrays = flake_arrays_in_space(flakes)
+    arrays = flake_arrays_in_space(flakes, product.sheets[0].states)
     yield flake_tables(product, SPACE_TABLES, arrays, list(flakes))
     yield from script(product, SPACE_PLAYER)
     yield resource(

@@ -159,7 +159,7 @@ def _views(product: Product, sheet: AtlasSheet) -> list[dict[str, Any]]:
 def _lamp(product: Product, sheet: AtlasSheet) -> dict[str, Any]:
     """Return what the template of a scene needs of its lamp; lengths are in px of this scale."""
     named = titles(animation.name for animation in sheet.animations)
-    lamp = lamp_of(product.lights, pivots(product.sheets[0]), sheet.blend_space)
+    lamp = lamp_of(product.lights, pivots(product.sheets[0]), sheet.blend_space, sheet.states)
     return {
         "animations": [named[animation] for animation in product.lights],
         "begins": lamp.begins,

@@ -71,10 +71,13 @@ def write_light(name: str, light: ClipLight) -> OutputFile:
     return OutputFile(light_file(name), "light", f'{text},\n"frames": [\n{frames}\n]}}\n'.encode())
 
 
-def light_of_frames(light: ClipLight) -> list[dict[str, float]]:
-    """Return intensity, r, g, b, x, y and radius of each frame; see ``write_light``."""
-    mean = _mean(light)
-    mean_shape, brightest = _shape(mean, light), float(mean.rgb.max())
+def light_of_frames(light: ClipLight, reference: ClipLight | None = None) -> list[dict[str, float]]:
+    """Return intensity, r, g, b, x, y and radius of each frame; see ``write_light``.
+
+    Intensity is relative to the mean of ``reference``, by default of the animation itself.
+    """
+    mean_shape = _shape(_mean(light), light)
+    brightest = float(_mean(reference or light).rgb.max())
     return [
         {"intensity": float(frame.rgb.max()) / brightest, **_shape(frame, light)}
         if frame.rgb.max() > 0
