@@ -14,6 +14,10 @@ extends Node2D
 signal animation_finished
 ## Emitted each time a loop begins again.
 signal looped
+## Emitted when a fire that was lit burns: see [method ignite].
+signal lit
+## Emitted when a fire that was put out is out: see [method extinguish].
+signal went_out
 
 const FireParts := preload("fire_parts.gd")
 
@@ -46,6 +50,13 @@ const FireParts := preload("fire_parts.gd")
 	set(level):
 		wind = level
 		_apply()
+## Whether a fire with the recipe's [code]phases[/code] is to burn; without it from the start, the
+## fire is out.
+@export var burning: bool = true:
+	set(on):
+		burning = on
+		_apply()
+		_play_or_pause()
 @export_group("Heat")
 ## Colours of a fire whose pages hold heat ([code]atlas.pixels: heat[/code]): any texture with
 ## nothing at its left end, like a GradientTexture1D. Without it, those that the build wrote.
@@ -106,6 +117,16 @@ func seek(time: float) -> void:
 		_parts.sprite.set_frame_and_progress(floori(time), time - floorf(time))
 
 
+## Lights a fire that has [code]phases[/code]; one that is going out goes out first.
+func ignite() -> void:
+	burning = true
+
+
+## Puts out a fire that has [code]phases[/code]; one that is being lit burns first.
+func extinguish() -> void:
+	burning = false
+
+
 func _get_configuration_warnings() -> PackedStringArray:
 	var hides_baked: bool = _parts != null and _parts.is_baked and not sparks_shown
 	return FireParts.warnings(fire, _parts != null, hides_baked)
@@ -118,8 +139,9 @@ func _validate_property(property: Dictionary) -> void:
 	var has_heat: bool = _parts != null and _parts.heat != null
 	if property["name"] in ["ramp", "ramp_row", "erosion"] and not has_heat:
 		property["usage"] &= ~PROPERTY_USAGE_EDITOR
-	if property["name"] == "wind" and (_parts == null or not "wind" in _parts.sprite):
-		property["usage"] &= ~PROPERTY_USAGE_EDITOR
+	if property["name"] in ["wind", "burning"]:
+		if _parts == null or not property["name"] in _parts.sprite:
+			property["usage"] &= ~PROPERTY_USAGE_EDITOR
 
 
 func _show_fire() -> void:
@@ -130,7 +152,11 @@ func _show_fire() -> void:
 	_parts = FireParts.of(fire)
 	if _parts != null:
 		_own_ramp = _parts.heat.get_shader_parameter("ramp") if _parts.heat != null else null
-		_parts.sprite.animation_finished.connect(_end)
+		if not _parts.leads_on:
+			_parts.sprite.animation_finished.connect(_end)
+		if _parts.sprite.has_signal("lit"):
+			_parts.sprite.connect("lit", lit.emit)
+			_parts.sprite.connect("went_out", went_out.emit)
 		_parts.sprite.animation_looped.connect(looped.emit)
 		# Another fire may have other animations: then it shows its own first one.
 		if _parts.sprite.sprite_frames.has_animation(title):
@@ -156,6 +182,7 @@ func _apply() -> void:
 		return
 	_parts.sprite.speed_scale = speed_scale
 	_parts.sprite.set("wind", wind)
+	_parts.sprite.set("burning", burning)
 	if _parts.heat != null:
 		_parts.heat.set_shader_parameter("ramp", ramp if ramp != null else _own_ramp)
 		_parts.heat.set_shader_parameter("row", ramp_row)

@@ -12,6 +12,9 @@ var sparks: MultiMeshInstance2D
 var lamp: PointLight2D
 # Gives heat its colours; null if the pages have colours.
 var heat: ShaderMaterial
+# Whether the scene leads from animation to animation itself: as the wind changes, or as the fire is
+# lit and put out.
+var leads_on: bool = false
 # Whether there is smoke under the fire, which a shader of the scene draws.
 var has_smoke: bool = false
 # Whether the pages hold straight colours.
@@ -56,6 +59,7 @@ func take(scene: Node) -> bool:
 	sparks = sprite.get_node_or_null("Flakes") as MultiMeshInstance2D
 	lamp = sprite.get_node_or_null("Light") as PointLight2D
 	heat = sprite.material as ShaderMaterial if sprite.has_node("Heat") else null
+	leads_on = "wind" in sprite or "burning" in sprite
 	is_baked = sparks != null and not sparks.visible
 	_take_material()
 	return true

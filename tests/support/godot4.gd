@@ -202,6 +202,30 @@ func change_wind(job: Dictionary) -> Array:
 	return seen
 
 
+# Plays `scene`, a fire that is lit and put out, and tells it before each 1/60 s whether it is to burn,
+# as `burning` says. Answers after each its animation, its frame, the part of that which has passed,
+# whether it is visible, the signals that it has sent, the energy of its lamp, and its flakes.
+func light_and_put_out(job: Dictionary) -> Array:
+	var node: AnimatedSprite2D = _staged(job)
+	var sent := []
+	node.lit.connect(func() -> void: sent.append("lit"))
+	node.went_out.connect(func() -> void: sent.append("went_out"))
+	var lamp := node.get_node_or_null("Light") as PointLight2D
+	var seen := []
+	for burns: bool in job["burning"]:
+		if burns:
+			node.ignite()
+		else:
+			node.extinguish()
+		await get_tree().process_frame
+		var energy := 0.0 if lamp == null else lamp.energy
+		var shown := [node.animation, node.frame, node.frame_progress, node.visible]
+		seen.append(shown + [sent.duplicate(), energy, _flakes(node.get_node_or_null("Flakes"))])
+		sent.clear()
+	_clear(node)
+	return seen
+
+
 # Stages `scene` in a level as the job says: where and how large (`at`, `zoom`), at a `frame` of an
 # `animation` of its `sprite`, with properties set to what texts say ({":modulate": "Color(1, 1, 1, 0.5)"}).
 func _staged(job: Dictionary) -> Node2D:

@@ -5,6 +5,7 @@ const ADDON := "res://addons/fire_atlas/fire_atlas_%s.gd"
 
 var _ended: int = 0
 var _looped: int = 0
+var _signals: Array = []
 
 
 func answer(job: Dictionary) -> Variant:
@@ -19,6 +20,8 @@ func change(job: Dictionary) -> Array:
 	fire.position = Vector2(job["at"][0], job["at"][1])
 	fire.animation_finished.connect(func() -> void: _ended += 1)
 	fire.looped.connect(func() -> void: _looped += 1)
+	fire.lit.connect(func() -> void: _signals.append("lit"))
+	fire.went_out.connect(func() -> void: _signals.append("went_out"))
 	add_child(fire)
 	var seen := []
 	for step: Dictionary in job["steps"]:
@@ -34,6 +37,7 @@ func change(job: Dictionary) -> Array:
 		var sprite: AnimatedSprite2D = fire._parts.sprite
 		var state := {"time": sprite.frame + sprite.frame_progress, "ended": _ended}
 		state.merge({"looped": _looped, "playing": fire.playing, "animation": fire.animation})
+		state["signals"] = _signals.duplicate()
 		seen.append([picture, state])
 	fire.free()
 	ground.free()
