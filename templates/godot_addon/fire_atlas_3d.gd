@@ -17,6 +17,10 @@ extends Node3D
 signal animation_finished
 ## Emitted each time a loop begins again.
 signal looped
+## Emitted when a fire that was lit burns: see [method ignite].
+signal lit
+## Emitted when a fire that was put out is out: see [method extinguish].
+signal went_out
 
 const FireParts := preload("fire_parts.gd")
 ## Least cosine of a view's elevation at which it tells how high the lamp is.
@@ -50,6 +54,13 @@ const MIN_COSINE: float = 0.2
 	set(times):
 		speed_scale = times
 		_apply()
+## Whether a fire with the recipe's [code]phases[/code] is to burn; without it from the start, the
+## fire is out.
+@export var burning: bool = true:
+	set(on):
+		burning = on
+		_apply()
+		_play_or_pause()
 ## Size of a pixel of the frames, m, as of a Sprite3D.
 @export_range(0.0001, 1.0, 0.0001, "or_greater") var pixel_size: float = 0.01:
 	set(size):
@@ -96,6 +107,10 @@ const MIN_COSINE: float = 0.2
 		_apply()
 
 var _sprite: AnimatedSprite3D
+# The scene of a fire with phases, in two dimensions, and what hides it. It plays unseen, and the
+# sprite shows what it shows; null without phases.
+var _leader: AnimatedSprite2D
+var _veil: Node2D
 var _sparks: MultiMeshInstance3D
 var _lamp: OmniLight3D
 # The lamp of the scene in two dimensions, which knows how the fire shines. It is not shown.
@@ -121,6 +136,8 @@ func _ready() -> void:
 func _process(_delta: float) -> void:
 	if _sprite == null or not is_visible_in_tree():
 		return
+	if _leader != null:
+		_follow()
 	_turn()
 	var time: float = _sprite.frame + _sprite.frame_progress
 	if _sparks != null and _sparks.visible:
@@ -142,7 +159,17 @@ func play(title: StringName = &"") -> void:
 ## Shows a moment of the animation, in frames: 2.5 is half way from frame 2 to frame 3.
 func seek(time: float) -> void:
 	if _sprite != null:
-		_sprite.set_frame_and_progress(floori(time), time - floorf(time))
+		_player().call("set_frame_and_progress", floori(time), time - floorf(time))
+
+
+## Lights a fire that has [code]phases[/code]; one that is going out goes out first.
+func ignite() -> void:
+	burning = true
+
+
+## Puts out a fire that has [code]phases[/code]; one that is being lit burns first.
+func extinguish() -> void:
+	burning = false
 
 
 func _get_configuration_warnings() -> PackedStringArray:
@@ -156,6 +183,8 @@ func _validate_property(property: Dictionary) -> void:
 	if property["name"] == "animation" and _sprite != null:
 		property["hint"] = PROPERTY_HINT_ENUM
 		property["hint_string"] = ",".join(_fires())
+	if property["name"] == "burning" and _leader == null:
+		property["usage"] &= ~PROPERTY_USAGE_EDITOR
 
 
 # The scene of sparks in space, or the one that a build wrote beside its frames of whatever scale.
@@ -170,7 +199,7 @@ func _scene_of_sparks(frames: SpriteFrames) -> PackedScene:
 func _show_fire() -> void:
 	if not is_node_ready():
 		return
-	for node: Node in [_sprite, _sparks, _lamp, _light]:
+	for node: Node in [_sprite, _sparks, _lamp, _light, _veil]:
 		if node != null:
 			remove_child(node)
 			node.queue_free()
@@ -178,12 +207,15 @@ func _show_fire() -> void:
 	_sparks = null
 	_lamp = null
 	_light = null
+	_leader = null
+	_veil = null
 	var parts: FireParts = FireParts.of(fire)
 	if parts != null:
 		# A film scene shows the flame through a shader of its own, in two dimensions, as heat is.
 		if parts.sprite == parts.root and parts.heat == null:
 			_add(parts)
-		parts.root.free()
+		if _leader == null:
+			parts.root.free()
 	notify_property_list_changed()
 	update_configuration_warnings()
 
@@ -202,8 +234,15 @@ func _add(parts: FireParts) -> void:
 	_sprite.material_override = _material(parts.sprite)
 	# It moves on before this node, so that the sparks are in step with it.
 	_sprite.process_priority = process_priority - 1
-	_sprite.animation_finished.connect(_end)
-	_sprite.animation_looped.connect(_begin_round)
+	if "burning" in parts.sprite:
+		_leader = parts.sprite
+		_leader.process_priority = process_priority - 1
+		_leader.animation_looped.connect(_begin_round)
+		_leader.connect("lit", lit.emit)
+		_leader.connect("went_out", went_out.emit)
+	else:
+		_sprite.animation_finished.connect(_end)
+		_sprite.animation_looped.connect(_begin_round)
 	_sprite.frame_changed.connect(_show_page)
 	_sprite.animation_changed.connect(_show_page)
 	add_child(_sprite, false, INTERNAL_MODE_FRONT)
@@ -226,6 +265,12 @@ func _add(parts: FireParts) -> void:
 	_choose()
 	_apply()
 	_play_or_pause()
+	if _leader != null:
+		_veil = Node2D.new()
+		_veil.visible = false
+		_veil.add_child(_leader)
+		add_child(_veil, false, INTERNAL_MODE_FRONT)
+		_follow()
 
 
 # The frames as rectangles of their pages: where they are meshes, sprites in space do not draw them.
@@ -302,8 +347,26 @@ func _choose() -> void:
 	_shown.sort_custom(func(a: String, b: String) -> bool: return _azimuth(a) < _azimuth(b))
 	_round = 0
 	_sprite.animation = _shown[0]
-	_sprite.set_frame_and_progress(0, 0.0)
+	_player().set("animation", _shown[0])
+	seek(0.0)
 	_place()
+
+
+# What plays: the scene that leads, or the sprite itself.
+func _player() -> Node:
+	return _sprite if _leader == null else _leader
+
+
+# Shows what the scene in two dimensions shows. A fire with phases has one view.
+func _follow() -> void:
+	if _sprite.animation != _leader.animation:
+		_shown = [_leader.animation]
+		_round = 0
+		_sprite.animation = _leader.animation
+		_place()
+	_sprite.set_frame_and_progress(_leader.frame, _leader.frame_progress)
+	if _sprite.visible != _leader.visible:
+		_apply()
 
 
 func _azimuth(title: StringName) -> float:
@@ -389,29 +452,29 @@ func _place_of_light(title: StringName) -> Vector3:
 func _play_or_pause() -> void:
 	if _sprite == null:
 		return
-	if playing:
-		_sprite.play()
-	else:
-		_sprite.pause()
+	_player().call("play" if playing else "pause")
 
 
 func _apply() -> void:
 	if _sprite == null:
 		return
-	_sprite.speed_scale = speed_scale
+	if _leader != null:
+		_leader.set("burning", burning)
+		_sprite.visible = _leader.visible
+	_player().set("speed_scale", speed_scale)
 	_sprite.modulate = modulate
 	if _sparks != null:
-		_sparks.visible = sparks_shown and not _is_baked
+		_sparks.visible = sparks_shown and not _is_baked and _sprite.visible
 		_sparks.set("brightness", sparks_brightness * modulate.a)
 	if _lamp != null:
-		_lamp.visible = lamp_shines
+		_lamp.visible = lamp_shines and _sprite.visible
 		_lamp.light_energy = lamp_energy
 		_lamp.omni_range = lamp_range
 		_lamp.shadow_enabled = lamp_shadow
 
 
 func _begin_round() -> void:
-	_round += -1 if _sprite.get_playing_speed() < 0.0 else 1
+	_round += -1 if speed_scale < 0.0 else 1
 	looped.emit()
 
 

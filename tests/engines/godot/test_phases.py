@@ -19,6 +19,7 @@ from fire_atlas.formats.atlas.texture_packer import AtlasFile, read_atlas
 from fire_atlas.recipe.phases import MAX_EXIT
 from tests.engines.godot.test_nodes import SIZE, asked, build, corner, ground, over
 from tests.support.godot4 import Godot4, picture
+from tests.support.wind import SILK
 
 FPS, SPEED = 12, 4
 """Of the recipe, and of the game: each 1/60 s shows the same frame or the next."""
@@ -30,7 +31,7 @@ PHASES = {
     "at_once": {"ignite": "none", "extinguish": 0.8},
     "gone": {"ignite": 0.5, "extinguish": "none"},
 }
-"""Recipes: of a fire with sparks and a lamp, and two without."""
+"""Recipes: of a fire that is filmed, with a lamp; one in space, and one without sparks."""
 
 OUT = """\
 [gd_scene format=3]
@@ -115,14 +116,16 @@ def game(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "project.godot").write_text("config_version=5\n")
     assert main(["plugin", "godot", str(folder), "-q"]) == 0
     shutil.copy(Path(__file__).with_name("nodes.gd"), folder)
-    source = {"path": str(shipped("samples") / "campfire"), "count": 16, "fps": FPS, "height": 64}
-    for name, phases in PHASES.items():
-        build(folder, name, {
-            "source": source, "timeline": {"loop": "crossfade"}, "phases": phases,
-            "flakes": {"bake": False} if name == "fire" else "none",
-            "tracks": ["json", "light"] if name == "fire" else [],
-            "atlas": {"alpha": "premultiplied"}, "exports": ["json", "godot"],
-        })  # fmt: skip
+    clip = {"path": str(shipped("samples") / "campfire"), "count": 16, "fps": FPS, "height": 64}
+    filmed = {"source": clip, "timeline": {"loop": "crossfade"}}
+    fires: dict[str, dict[str, Any]] = {
+        "fire": {**filmed, "flakes": {"bake": False}, "tracks": ["json", "light"]},
+        "at_once": {**SILK, "flakes": {"bake": False, "rate": 60}, "wind": {}, "tracks": ["light"]},
+        "gone": {**filmed, "flakes": "none", "tracks": ["light"]},
+    }
+    for name, keys in fires.items():
+        same = {"atlas": {"alpha": "premultiplied"}, "exports": ["json", "godot"]}
+        build(folder, name, {**keys, **same, "phases": PHASES[name]})
         (folder / f"{name}_out.tscn").write_text(OUT.format(name))
     return folder
 
@@ -150,6 +153,7 @@ def answers(game: Path, godot4: Godot4, switches: list[bool]) -> dict[str, Any]:
         {"set": {"burning": "true"}, "ticks": 5},
         {"ticks": 10},
     ]
+    in_space = [True] * 4 + [False] * 30 + [True] * 4
     jobs: dict[str, dict[str, Any]] = {
         **{
             f"walk {name}": {**walk, "scene": f"res://{name}.tscn", "burning": switches[:count]}
@@ -166,6 +170,8 @@ def answers(game: Path, godot4: Godot4, switches: list[bool]) -> dict[str, Any]:
         "draw dying": {**draw, "scene": "res://fire.tscn", "animation": "extinguish", "frame": 3},
         "draw out": {**draw, "scene": "res://fire_out.tscn"},
         "node": asked("change", "fire", at=AT, steps=steps),
+        "space": asked("light_in_space", "at_once", speed=SPEED, burning=in_space),
+        "space gone": asked("light_in_space", "gone", speed=SPEED, burning=[True, False, False]),
     }  # fmt: skip
     return dict(zip(jobs, godot4.run(game, list(jobs.values()), SIZE), strict=True))
 
@@ -174,7 +180,7 @@ def shown(answer: Sequence[Sequence[Any]]) -> list[Shown]:
     return [Shown(*each) for each in answer]
 
 
-@pytest.mark.parametrize(("name", "animations"), [("fire", 7), ("at_once", 4)])
+@pytest.mark.parametrize(("name", "animations"), [("fire", 7), ("at_once", 3)])
 def test_it_walks_as_the_graph_says(
     game: Path, answers: Mapping[str, Any], switches: list[bool], name: str, animations: int
 ) -> None:
@@ -277,3 +283,21 @@ def test_the_node_of_the_add_on_is_lit_and_put_out(answers: Mapping[str, Any]) -
     assert [state["signals"] for state in states] == [["went_out"]] * 4 + [["went_out", "lit"]]
     assert all(state["playing"] for state in states)
     assert not any(state["ended"] for state in states)
+
+
+def test_the_node_in_space_is_lit_and_put_out(game: Path, answers: Mapping[str, Any]) -> None:
+    fire, now, signals = Fire(game, "at_once"), ("burn", 0), list[str]()
+    seen, left = answers["space"]
+    dark = "extinguish", fire.counts["extinguish"] - 1
+    for i, (name, frame, visible, sparks, energy, sent) in enumerate(seen):
+        if (name, frame) != now:
+            now = fire.after(now, burning=not 4 <= i < 34)
+            assert (name, frame) == now
+        assert visible
+        assert (sparks > 0, energy > 0) == (now != dark,) * 2
+        signals += sent
+    assert signals == ["went_out", "lit"]
+    (lit, *out), left_too = answers["space gone"]
+    assert lit[2] and lit[4] > 0
+    assert [each[2:] for each in out] == [[False, 0, 0, ["went_out"]], [False, 0, 0, []]]
+    assert left == left_too == 0
