@@ -144,9 +144,9 @@ func front(job: Dictionary) -> Array:
 	return answer
 
 
-# Tells a FireAtlas3D before each 1/60 s whether it is to burn, as `burning` says. Answers for each the
-# animation and the frame that it shows, whether that is visible, how many sparks there are, the energy
-# of its lamp, 0 without, and the signals that it has sent; and then how many nodes it left behind.
+# Tells a FireAtlas3D before each 1/60 s whether it is to burn, as `burning` says. Answers for each
+# the animation and the frame that it shows, whether that is visible, how many sparks there are, the
+# energy of its lamp, 0 without, and the signals that it has sent; and then how many nodes it left.
 func light_in_space(job: Dictionary) -> Array:
 	var fire := _fire("3d", job["scene"])
 	fire.speed_scale = job["speed"]
@@ -173,6 +173,24 @@ func light_in_space(job: Dictionary) -> Array:
 	await get_tree().process_frame
 	fire.free()
 	return [seen, Performance.get_monitor(Performance.OBJECT_ORPHAN_NODE_COUNT)]
+
+
+# Plays a scene of a game, in which `action` is pressed once for each of `waits`; answers what its
+# property `read` is when so many 1/60 s have passed.
+func press(job: Dictionary) -> Array:
+	var level: Node = load(job["scene"]).instantiate()
+	add_child(level)
+	var seen := []
+	for waits: int in job["waits"]:
+		var event := InputEventAction.new()
+		event.action = job["action"]
+		event.pressed = true
+		Input.parse_input_event(event)
+		for tick in waits:
+			await get_tree().process_frame
+		seen.append(level.get(job["read"]))
+	level.free()
+	return seen
 
 
 func _fire(kind: String, scene: String) -> Node:

@@ -3,6 +3,8 @@
 import itertools
 import json
 import shutil
+import subprocess
+import sysconfig
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -17,6 +19,7 @@ from fire_atlas.cli import main
 from fire_atlas.core.shipped import shipped
 from fire_atlas.formats.atlas.texture_packer import AtlasFile, read_atlas
 from fire_atlas.recipe.phases import MAX_EXIT
+from tests.docs.markdown import code_blocks
 from tests.engines.godot.test_nodes import SIZE, asked, build, corner, ground, over
 from tests.support.godot4 import Godot4, picture
 from tests.support.wind import SILK
@@ -40,6 +43,17 @@ OUT = """\
 burning = false
 """
 """A user's scene, whose fire does not burn from the start."""
+
+LEVEL = """\
+[gd_scene format=3]
+[ext_resource type="PackedScene" path="res://fire.tscn" id="1"]
+[ext_resource type="Script" path="res://level.gd" id="2"]
+[node name="Level" type="Node2D"]
+script = ExtResource("2")
+[node name="Campfire" parent="." instance=ExtResource("1")]
+speed_scale = 4.0
+"""
+"""A level of a game, whose script is that of the page on Godot."""
 
 Place = tuple[str, int]
 """An animation and the number of a frame in it."""
@@ -127,6 +141,11 @@ def game(tmp_path_factory: pytest.TempPathFactory) -> Path:
         same = {"atlas": {"alpha": "premultiplied"}, "exports": ["json", "godot"]}
         build(folder, name, {**keys, **same, "phases": PHASES[name]})
         (folder / f"{name}_out.tscn").write_text(OUT.format(name))
+    (folder / "level.tscn").write_text(LEVEL)
+    (script,) = (
+        block for block in code_blocks("docs/engines/godot.md", "gdscript") if "extends" in block
+    )
+    (folder / "level.gd").write_text(script)
     return folder
 
 
@@ -157,7 +176,7 @@ def answers(game: Path, godot4: Godot4, switches: list[bool]) -> dict[str, Any]:
     jobs: dict[str, dict[str, Any]] = {
         **{
             f"walk {name}": {**walk, "scene": f"res://{name}.tscn", "burning": switches[:count]}
-            for name, count in {"fire": None, "at_once": 100, "gone": 100}.items()
+            for name, count in {"fire": None, "at_once": 80, "gone": 80}.items()
         },
         **{
             f"out {name}": {
@@ -172,6 +191,7 @@ def answers(game: Path, godot4: Godot4, switches: list[bool]) -> dict[str, Any]:
         "node": asked("change", "fire", at=AT, steps=steps),
         "space": asked("light_in_space", "at_once", speed=SPEED, burning=in_space),
         "space gone": asked("light_in_space", "gone", speed=SPEED, burning=[True, False, False]),
+        "level": asked("press", "level", action="ui_accept", read="is_warm", waits=[25, 14, 4]),
     }  # fmt: skip
     return dict(zip(jobs, godot4.run(game, list(jobs.values()), SIZE), strict=True))
 
@@ -274,6 +294,22 @@ def test_sparks_and_lamp_follow_it_without_a_jump(game: Path, answers: Mapping[s
         assert 0.6 * low <= sum(sum(row[5:8]) for row in tick.flakes) <= 1.01 * high
     steps = [abs(one.energy - other.energy) for one, other in itertools.pairwise(walked)]
     assert max(steps) < 0.2
+
+
+def test_the_level_of_the_page_is_warm_while_its_fire_burns(answers: Mapping[str, Any]) -> None:
+    """Its key is pressed three times, the last time shortly before it is asked."""
+    assert answers["level"] == [False, True, True]
+
+
+def test_scenes_of_sparks_alone_are_of_the_fire_that_burns(game: Path) -> None:
+    assert [path.name for path in game.glob("fire*_particles.tscn")] == ["fire.burn_particles.tscn"]
+    assert '\nanimation = "burn"\n' in (game / "at_once_flakes_3d.tscn").read_text()
+
+
+def test_the_script_is_sound(game: Path) -> None:
+    for program in ("gdparse", "gdlint"):
+        tool = Path(sysconfig.get_path("scripts")) / program
+        subprocess.run([tool, game / "fire_phases.gd"], check=True, capture_output=True)
 
 
 def test_the_node_of_the_add_on_is_lit_and_put_out(answers: Mapping[str, Any]) -> None:
