@@ -101,6 +101,13 @@ RECIPES: dict[str, dict[str, Any]] = {
         "flakes": {"bake": False},
         "exports": ["godot"],
     },
+    "lit": {
+        "source": {**CAMPFIRE, "count": 8},
+        "timeline": {"loop": "crossfade"},
+        "phases": {"ignite": 0.2, "extinguish": 0.2},
+        "tracks": [],
+        "exports": ["godot"],
+    },
     "heat": {
         "source": {**CAMPFIRE, "count": 5},
         "flakes": "none",
@@ -195,7 +202,9 @@ def test_every_file_of_a_build_is_listed(built: Path) -> None:
     stems = "|".join(RECIPES)
     for path in built.iterdir():
         ending = re.sub(
-            rf"^({stems})(@0\.5x)?(-\d+)?(\.((view|wind)(_\d+)+|pages|\d{{4}}))?", "", path.name
+            rf"^({stems})(@0\.5x)?(-\d+)?(\.((view|wind)(_\d+)+|burn|pages|\d{{4}}))?",
+            "",
+            path.name,
         )
         companion = re.search(r"\.(meta|import|(gd|gdshader)\.uid)$", ending)
         assert (companion[0] if companion else ending) in known, path.name
