@@ -7,9 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fire_atlas.atlas.sheet import State, StateGraph
 from fire_atlas.cli import main
 from fire_atlas.core.pixels import linear_to_srgb
 from fire_atlas.core.shipped import shipped
+from fire_atlas.effect.composition.light import ClipLight, FrameLight
+from fire_atlas.engines.godot.lamp import lamp_of
 from tests.support.godot4 import Godot4
 
 
@@ -42,6 +45,18 @@ def test_the_lamp_shines_as_the_light_does(godot4: Godot4, tmp_path: Path, scale
     seen = np.array(godot4.run(folder, [{**job, "times": times}])[0])
     between = [(wanted[0] + wanted[1]) / 2, (wanted[-1] + wanted[0]) / 2, wanted[2]]
     assert seen == pytest.approx(np.concatenate([wanted, between]), abs=0.01)
+
+
+def test_animations_that_lead_to_one_another_are_lit_by_one_measure() -> None:
+    def light(strength: float) -> ClipLight:
+        return ClipLight(24, 60, 60, True, (FrameLight(np.full(3, strength), 30, 30, 1800),))
+
+    lights = {"wind_0": light(1), "wind_1": light(2)}
+    pivots = dict.fromkeys(lights, (0.0, 0.0))
+    graph = StateGraph((State("wind_0", wind=0), State("wind_1", wind=3)), ())
+    alone, led = lamp_of(lights, pivots, "srgb"), lamp_of(lights, pivots, "srgb", graph)
+    assert [row[0] for row in alone.rows] == [1, 1]
+    assert [row[0] for row in led.rows] == [1, 2]
 
 
 def test_a_scene_has_a_lamp_only_where_light_was_asked_for(tmp_path: Path) -> None:
