@@ -2,6 +2,7 @@
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -13,7 +14,7 @@ import yaml
 from fire_atlas.cli import main
 from fire_atlas.core.shipped import shipped
 from tests.docs.markdown import PAGES, code_blocks, page_text
-from tests.support.docs_project import made_small, make_project, recipes_named, whole_recipe
+from tests.support.docs_project import made_tiny, make_project, recipes_named, whole_recipe
 from tests.support.repo import PACKAGE
 
 NOT_RUN = "<!-- not run: "
@@ -25,16 +26,32 @@ pytest() { :; }  # these tests are being run
 """
 
 
-@pytest.fixture
-def project(tmp_path: Path) -> Path:
-    """A folder as a page has it in mind: the clips it names, and ``fire-atlas`` on the path."""
-    folder = tmp_path / "project"
-    make_project(folder)
-    command = tmp_path / "bin" / "fire-atlas"
+COMMAND = f"""#!/bin/sh
+"{sys.executable}" -P -m fire_atlas "$@" || exit
+# Fire of the recipes that it writes is made small, which is built as any other, but quickly.
+[ "$1" != init ] || sed -i "$2.yaml" \\
+    -e 's/^  path: .*/&\\n  height: 64/' \\
+    -e 's/^  size: game .*/  size: draft\\n  rows: 8\\n  columns: 6/'
+"""
+
+
+@pytest.fixture(scope="module")
+def whole_project(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The clips that pages name, and ``fire-atlas`` on the path: made once, and copied."""
+    folder = tmp_path_factory.mktemp("pages")
+    make_project(folder / "project")
+    command = folder / "bin" / "fire-atlas"
     command.parent.mkdir()
-    command.write_text(f'#!/bin/sh\nexec "{sys.executable}" -P -m fire_atlas "$@"\n')
+    command.write_text(COMMAND)
     command.chmod(0o755)
     return folder
+
+
+@pytest.fixture
+def project(whole_project: Path, tmp_path: Path) -> Path:
+    """A folder as a page has it in mind, beside one with the command."""
+    shutil.copytree(whole_project, tmp_path, dirs_exist_ok=True)
+    return tmp_path / "project"
 
 
 def run(script: str, project: Path) -> None:
@@ -111,7 +128,8 @@ def test_every_recipe_of_a_page_builds(
     monkeypatch.chdir(project)
     for name in recipes_named(block):
         assert main(["init", name]) == 0
-    assert main(["build", "fire.yaml", *made_small(keys, 64, 6)]) == 0, capsys.readouterr().err
+    assert main(["check", "fire.yaml"]) == 0, capsys.readouterr().err
+    assert main(["build", "fire.yaml", *made_tiny(keys, 64, 6)]) == 0, capsys.readouterr().err
 
 
 def test_a_job_of_the_cookbook_takes_six_lines_at_most() -> None:

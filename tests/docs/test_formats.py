@@ -39,6 +39,8 @@ SCHEMA_OF = {
 
 CAMPFIRE = {"path": str(shipped("samples") / "campfire"), "fps": 24, "count": 6, "height": 80}
 
+SILK = {"kind": "silk", "width": 48, "height": 48, "rows": 6, "columns": 4}
+
 MADE_BY_OTHERS = {"campfire.yaml", "campfire.preview.html"}
 """Files whose names begin like those of outputs: the recipe's, and what ``preview`` writes."""
 
@@ -65,7 +67,7 @@ RECIPES: dict[str, dict[str, Any]] = {
         "exports": ["json", "json-array", "phaser", "css", "tpsheet", "godot"],
     },
     "sides": {
-        "source": {"kind": "silk", "width": 48, "height": 48},
+        "source": SILK,
         "timeline": {"frames": 6},
         "views": {"count": 2},
         "maps": {"motion": "unity", "smoke": True, "normals": True, "depth": True},
@@ -75,7 +77,7 @@ RECIPES: dict[str, dict[str, Any]] = {
         "movies": ["gif"],
     },
     "winds": {
-        "source": {"kind": "silk", "width": 48, "height": 48},
+        "source": SILK,
         "timeline": {"frames": 6},
         "wind": {"levels": [0, 3]},
         "exports": ["json", "godot"],

@@ -219,9 +219,8 @@ def test_a_height_above_that_of_the_footage_is_noted(repo: Repo) -> None:
 def test_what_is_advised_for_real_clips_holds(
     clips: Path, repo: Repo, clip: str, layout: str
 ) -> None:
-    recipe = repo.recipe(
-        path=str(clips / clip / "frames"), atlas={"max_size": 640, "layout": layout}
-    )
+    source = {"path": str(clips / clip / "frames"), "height": 160}
+    recipe = repo.recipe(source=source, atlas={"max_size": 380, "layout": layout})
     ran = repo.run("build", recipe)
     for pairs in advised(ran.err, "one is enough"):
         changes = [argument for pair in pairs for argument in ("--set", pair)]

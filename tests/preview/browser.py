@@ -51,7 +51,7 @@ class Seen:
 
 
 class Browser:
-    """A browser that is open for many visits, each in a profile of its own."""
+    """A browser that is open for many visits, all in one profile: pages store nothing."""
 
     def __init__(self, node: str) -> None:
         named = {"FIRE_ATLAS_NODE_MODULES": str(node_modules())}

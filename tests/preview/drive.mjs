@@ -67,10 +67,10 @@ async function take(page, [what, first, ...rest]) {
   }
 }
 
-async function visit(browser, { file, width, height, moves, steps }) {
-  const page = await browser.newPage({
-    viewport: { width, height }, reducedMotion: moves ? "no-preference" : "reduce",
-  });
+async function visit(context, { file, width, height, moves, steps }) {
+  const page = await context.newPage();
+  await page.setViewportSize({ width, height });
+  await page.emulateMedia({ reducedMotion: moves ? "no-preference" : "reduce" });
   const [results, errors, requests] = [[], [], []];
   page.on("pageerror", (error) => errors.push(error.message));
   page.on("console", (message) => {
@@ -98,7 +98,10 @@ const browser = await chromium.launch({
   executablePath: process.env.CHROMIUM || "/usr/bin/chromium",
   args: ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"],
 });
+// A page that stays open: the browser keeps its processes from visit to visit. Ours store nothing.
+const context = await browser.newContext();
+await context.newPage();
 for await (const line of createInterface({ input: process.stdin })) {
-  console.log(JSON.stringify(await visit(browser, JSON.parse(line))));
+  console.log(JSON.stringify(await visit(context, JSON.parse(line))));
 }
 await browser.close();

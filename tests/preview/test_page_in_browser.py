@@ -257,7 +257,7 @@ def test_embers_are_drawn_over_the_flame_as_in_our_frames(
 
 def test_the_flakes_of_all_rounds_are_played(browser: Browser, tmp_path: Path) -> None:
     keys = {"flakes": {"bake": False, "rounds": 3}, "timeline": {"loop": "crossfade"}}
-    page = built(tmp_path, count=48, **keys)
+    page = built(tmp_path, count=24, **keys)
     tracks = read_tracks(page.with_name("fire.flakes.json"))
     assert tracks is not None and tracks.rounds == 3
     count, total = tracks.round_frames, len(tracks.frames)

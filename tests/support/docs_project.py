@@ -26,6 +26,12 @@ INPUTS = {
 _SPRITES = {"hud/close": 16, "hud/open": 24, "panel": 24, "coin_01": 32, "coin_02": 32}
 """Sides of square pictures, px, by their names, in the folders ``icons`` and ``ui``."""
 
+_SIMULATED = {
+    "silk": ("source.rows=8", "source.columns=6"),
+    "fluid": ("source.resolution=draft",),
+}
+"""Kinds of fire that are simulated, and the settings with which that is quick."""
+
 TEMPLATE = "return { {% for f in frames %}{{ f.x }}, {% endfor %} }"
 
 
@@ -68,12 +74,36 @@ def whole_recipe(keys: dict[str, Any]) -> dict[str, Any]:
 
 def made_small(keys: dict[str, Any], height: int, frames: int) -> list[str]:
     """Return the options of a build of a recipe that make its fire small and short."""
+    source = _fire(keys)
+    if source is None:
+        return []
+    has_size = source.get("kind") in _SIMULATED and not source.keys() & {"width", "height"}
+    size = "source.size=draft" if has_size else f"source.height={height}"
+    return _set(size, f"timeline.frames={frames}")
+
+
+def made_tiny(keys: dict[str, Any], side: int, frames: int) -> list[str]:
+    """Return the options of a build of a recipe that make it quick: its fire small, short, and
+    simulated as coarsely as can be."""
+    source = _fire(keys)
+    if source is None:
+        return []
+    size = [f"source.height={side}", f"timeline.frames={frames}"]
+    if source.get("kind") in _SIMULATED:
+        size += ["source.size=null", "source.aspect=null", f"source.width={side}"]
+    return _set(*size, *_SIMULATED.get(source.get("kind", ""), ()))
+
+
+def _fire(keys: dict[str, Any]) -> dict[str, Any] | None:
+    """Return the keys of a recipe's source, those of a ready recipe that it extends included; None
+    if it is not of fire of its own."""
     kind = keys.get("source", {}).get("kind")
     if kind == "sprites" or ("source" not in keys and "extends" not in keys):
-        return []
+        return None
     extended = presets()[keys["extends"]] if keys.get("extends") in presets() else None
     ready = yaml.safe_load(extended.read_text(encoding="utf-8"))["source"] if extended else {}
-    source = {**ready, **keys.get("source", {})}
-    has_size = source.get("kind") in ("silk", "fluid") and not source.keys() & {"width", "height"}
-    size = "source.size=draft" if has_size else f"source.height={height}"
-    return ["--set", size, "--set", f"timeline.frames={frames}"]
+    return {**ready, **keys.get("source", {})}
+
+
+def _set(*changes: str) -> list[str]:
+    return [word for change in changes for word in ("--set", change)]

@@ -49,6 +49,7 @@ func describe_frames(job: Dictionary) -> Dictionary:
 # Answers what the engine understood of the textures and boxes at `paths`, and the pixels of those.
 func describe_sprites(job: Dictionary) -> Dictionary:
 	var seen := {}
+	var pages := {}  # read back once: AtlasTexture.get_image() does so for each, and cuts its region
 	for path: String in job["paths"]:
 		var found: Resource = load(path)
 		if found is StyleBoxTexture:
@@ -61,12 +62,15 @@ func describe_sprites(job: Dictionary) -> Dictionary:
 			}
 			continue
 		var texture: AtlasTexture = found
+		if not pages.has(texture.atlas):
+			pages[texture.atlas] = texture.atlas.get_image()
+		var image: Image = pages[texture.atlas].get_region(texture.region)
 		seen[path] = {
 			"name": texture.resource_name,
 			"region": _numbers(texture.region),
 			"margin": _numbers(texture.margin),
 			"size": [texture.get_width(), texture.get_height()],
-			"png": Marshalls.raw_to_base64(texture.get_image().save_png_to_buffer()),
+			"png": Marshalls.raw_to_base64(image.save_png_to_buffer()),
 		}
 	return seen
 

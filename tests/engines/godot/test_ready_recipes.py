@@ -107,8 +107,11 @@ def test_a_ready_recipe_is_played_as_it_was_built(
     source = load_tree(read_tree(recipe)).recipe.source
     settings = []
     if isinstance(source, SilkSource | FluidSource):
-        # Their frames are slow to make; a few small ones show as much.
-        settings = ["timeline.frames=6", "source.size=draft"]
+        # Their frames are slow to make; a few small ones of the same shape show as much.
+        scale = 96 / max(source.width, source.height)
+        settings = ["timeline.frames=6", "source.size=null", "source.aspect=null"]
+        settings.append(f"source.width={round(source.width * scale)}")
+        settings.append(f"source.height={round(source.height * scale)}")
     if isinstance(source, FluidSource):
         settings.append("source.resolution=draft")
     if isinstance(source, SilkSource):

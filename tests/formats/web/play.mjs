@@ -73,8 +73,8 @@ function serve(folders) {
   return new Promise((done) => server.listen(0, "127.0.0.1", () => done(server)));
 }
 
-async function play(browser, port, job, outFolder) {
-  const page = await browser.newPage({ viewport: { width: 256, height: 256 } });
+async function play(context, port, job, outFolder) {
+  const page = await context.newPage();
   const errors = [];
   page.on("pageerror", (error) => errors.push(error.message));
   page.on("console", (message) => {
@@ -102,9 +102,12 @@ const browser = await chromium.launch({
   executablePath: process.env.CHROMIUM || "/usr/bin/chromium",
   args: ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"],
 });
+// A page that stays open: the browser keeps its processes from case to case. None stores anything.
+const context = await browser.newContext({ viewport: { width: 256, height: 256 } });
+await context.newPage();
 const results = {};
 try {
-  for (const job of cases) results[job.id] = await play(browser, server.address().port, job, outFolder);
+  for (const job of cases) results[job.id] = await play(context, server.address().port, job, outFolder);
 } finally {
   await browser.close();
   server.close();
