@@ -84,7 +84,8 @@ def _from(name: str, steps: list[Transition]) -> tuple[Transition, ...]:
 
 def _transitions(graph: StateGraph, count: Mapping[str, int]) -> Iterator[Transition]:
     """Yield all transitions of a fire that is lit and put out; ``count`` is that of frames."""
-    burn, ignite, extinguish = map(graph.of_phase, ("burn", "ignite", "extinguish"))
+    burn, ignite = graph.of_phase("burn"), graph.of_phase("ignite")
+    extinguish = graph.of_phase("extinguish")
     for step in graph.transitions:
         end = step.frame + 1
         yield Transition(

@@ -134,6 +134,8 @@ namespace UnityEngine
         public float speed { get; set; }
         public AnimatorStateInfo GetCurrentAnimatorStateInfo(int layer) { return Current; }
         public void SetBool(int id, bool value) { Bools[id] = value; }
+        public void SetBool(string name, bool value) { SetBool(StringToHash(name), value); }
+        public void Play(string stateName) { Play(StringToHash(stateName), -1, 0); }
 
         public void Play(int stateNameHash, int layer, float normalizedTime)
         {
@@ -309,10 +311,19 @@ namespace UnityEngine
 
 namespace UnityEngine.Events
 {
+    public delegate void UnityAction();
+
     public class UnityEvent
     {
         public int Times;
-        public void Invoke() { Times++; }
+        UnityAction calls;
+        public void AddListener(UnityAction call) { calls += call; }
+
+        public void Invoke()
+        {
+            Times++;
+            if (calls != null) calls();
+        }
     }
 }
 
