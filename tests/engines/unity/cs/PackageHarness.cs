@@ -141,6 +141,7 @@ static class PackageHarness
 
         Action<string> show = state =>
         {
+            animator.Bools.Clear();
             update();
             if (state != null) animator.Current = new AnimatorStateInfo { shortNameHash = Animator.StringToHash(state), loop = state == "burn" };
             late();
@@ -160,7 +161,6 @@ static class PackageHarness
         animator.enabled = false;
         update();
         animator.enabled = true;
-        animator.Bools.Clear();
         animator.Current.shortNameHash = Animator.StringToHash("burn");
         show(null);
         Console.WriteLine("a fire that does not burn as it begins, and one that begins elsewhere");
@@ -182,7 +182,6 @@ static class PackageHarness
         }
         Console.WriteLine("collections " + (GC.CollectionCount(0) - collections));
         animator.Parameters = new[] { "Size" };
-        animator.Bools.Clear();
         Private.Call(player, "OnEnable")();
         foreach (string state in new[] { "out", "burn" }) show(state);
     }
