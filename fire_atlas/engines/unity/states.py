@@ -23,7 +23,7 @@ beginning: else a rounded time might show a frame too many. It keeps the end of 
 
 
 @dataclass(frozen=True, slots=True)
-class Transition:
+class AnimatorTransition:
     """What leads from one state to another, without a time in which both are mixed.
 
     Attributes:
@@ -56,7 +56,7 @@ class AnimatorState:
     frames: tuple[str | None, ...]
     fps: float
     loop: bool
-    transitions: tuple[Transition, ...] = ()
+    transitions: tuple[AnimatorTransition, ...] = ()
 
 
 def animator_states(sheet: AtlasSheet) -> list[AnimatorState]:
@@ -64,7 +64,7 @@ def animator_states(sheet: AtlasSheet) -> list[AnimatorState]:
     graph, frames = sheet.states, {each.name: each.frames for each in sheet.animations}
     duration = {region.name: region.duration for region in sheet.regions}
     fps = {name: 1000 / duration[shown[0]] for name, shown in frames.items()}
-    steps = list[Transition]()
+    steps = list[AnimatorTransition]()
     if graph is not None and graph.of_phase("burn"):
         steps += _transitions(graph, {name: len(shown) for name, shown in frames.items()})
     states = [
@@ -78,17 +78,17 @@ def animator_states(sheet: AtlasSheet) -> list[AnimatorState]:
     return states
 
 
-def _from(name: str, steps: list[Transition]) -> tuple[Transition, ...]:
+def _from(name: str, steps: list[AnimatorTransition]) -> tuple[AnimatorTransition, ...]:
     return tuple(step for step in steps if step.before == name)
 
 
-def _transitions(graph: StateGraph, count: Mapping[str, int]) -> Iterator[Transition]:
+def _transitions(graph: StateGraph, count: Mapping[str, int]) -> Iterator[AnimatorTransition]:
     """Yield all transitions of a fire that is lit and put out; ``count`` is that of frames."""
     burn, ignite = graph.of_phase("burn"), graph.of_phase("ignite")
     extinguish = graph.of_phase("extinguish")
     for step in graph.transitions:
         end = step.frame + 1
-        yield Transition(
+        yield AnimatorTransition(
             step.before,
             step.after,
             exit_time=(end - _MARGIN if step.before in burn else end) / count[step.before],
@@ -96,7 +96,7 @@ def _transitions(graph: StateGraph, count: Mapping[str, int]) -> Iterator[Transi
             burning=False if step.before in burn else None,
         )
     if extinguish:
-        yield Transition(extinguish[0], OUT, exit_time=1, offset=0, burning=None)
+        yield AnimatorTransition(extinguish[0], OUT, exit_time=1, offset=0, burning=None)
     else:
-        yield Transition(burn[0], OUT, exit_time=None, offset=0, burning=False)
-    yield Transition(OUT, (ignite or burn)[0], exit_time=None, offset=0, burning=True)
+        yield AnimatorTransition(burn[0], OUT, exit_time=None, offset=0, burning=False)
+    yield AnimatorTransition(OUT, (ignite or burn)[0], exit_time=None, offset=0, burning=True)
