@@ -54,7 +54,7 @@ namespace FireAtlas
 
         [SerializeField] bool playing = true;
 
-        [SerializeField, Tooltip("Of a fire with phases: whether it burns, or is out.")]
+        [SerializeField, Tooltip("Of a fire with phases: whether it is to burn, or to be out.")]
         bool burning = true;
 
         [Header("Look")]
@@ -103,7 +103,7 @@ namespace FireAtlas
             set { playing = value; }
         }
 
-        /// <summary>Whether a fire with phases burns, or is out: as it changes, the fire is lit or put out.</summary>
+        /// <summary>Whether a fire with phases is to burn: as this changes, it is lit or put out.</summary>
         public bool Burning
         {
             get { return burning; }
@@ -215,7 +215,7 @@ namespace FireAtlas
         }
 
         /// <summary>Sets the parameter of an Animator that has phases, which it forgets when it is disabled.
-        /// A fire that does not burn as it begins is out at once. Only then this allocates.</summary>
+        /// A fire that is not to burn when that begins is out at once. Allocates only then.</summary>
         void LightOrPutOut()
         {
             bool runs = animator != null && animator.isActiveAndEnabled, begins = runs && !animatorRan;

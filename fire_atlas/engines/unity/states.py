@@ -1,5 +1,5 @@
-"""The states of an Animator Controller, and its ways between those of a fire that is lit and put
-out.
+"""The states of an Animator Controller, and what leads from one to another in a fire that is lit
+and put out.
 
 Unity asks for an exit time in the update that passes it, in each round of a loop if it is below 1,
 else once. So a fire that has gone out waits in a state of its own, ``OUT``, which may be left at
@@ -49,7 +49,7 @@ class AnimatorState:
         frames: Names of the frames that it shows; None: nothing is shown.
         fps: Frames per second.
         loop: Whether it begins again at its end.
-        transitions: What leads from it, the first that may has its way.
+        transitions: What leads from it; of several that may be taken, Unity takes the first.
     """
 
     name: str
@@ -83,7 +83,12 @@ def _from(name: str, steps: list[AnimatorTransition]) -> tuple[AnimatorTransitio
 
 
 def _transitions(graph: StateGraph, count: Mapping[str, int]) -> Iterator[AnimatorTransition]:
-    """Yield all transitions of a fire that is lit and put out; ``count`` is that of frames."""
+    """Yield all transitions of a fire that is lit and put out.
+
+    Args:
+        graph: Its animations and the steps between them.
+        count: The number of frames of each animation.
+    """
     burn, ignite = graph.of_phase("burn"), graph.of_phase("ignite")
     extinguish = graph.of_phase("extinguish")
     for step in graph.transitions:
