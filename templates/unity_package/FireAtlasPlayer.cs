@@ -54,6 +54,9 @@ namespace FireAtlas
 
         [SerializeField] bool playing = true;
 
+        [SerializeField, Tooltip("Of a fire with phases: whether it is to burn, or to be out.")]
+        bool burning = true;
+
         [Header("Look")]
         [SerializeField, Tooltip("Colour and opacity of flame, flakes and lamp.")]
         Color tint = Color.white;
@@ -71,11 +74,20 @@ namespace FireAtlas
         [SerializeField, Tooltip("What plays once has ended.")]
         UnityEvent finished = new UnityEvent();
 
+        [SerializeField, Tooltip("A fire with phases that was lit burns.")]
+        UnityEvent lit = new UnityEvent();
+
+        [SerializeField, Tooltip("A fire with phases that was put out is out.")]
+        UnityEvent wentOut = new UnityEvent();
+
+        static readonly int BurningParameter = Animator.StringToHash("Burning");
+        static readonly int BurnState = Animator.StringToHash("burn"), OutState = Animator.StringToHash("out");
+
         LightTrack[] tracks = new LightTrack[0];
         int[] hashes = new int[0];
         int lastState;
         float lastTime = -1;
-        bool flakesShown;
+        bool flakesShown, animatorRan, hasPhases;
 
         /// <summary>How fast the fire plays: 1 as it was built, at least 0.</summary>
         public float Speed
@@ -89,6 +101,13 @@ namespace FireAtlas
         {
             get { return playing; }
             set { playing = value; }
+        }
+
+        /// <summary>Whether a fire with phases is to burn: as this changes, it is lit or put out.</summary>
+        public bool Burning
+        {
+            get { return burning; }
+            set { burning = value; }
         }
 
         /// <summary>Colour and opacity of flame, flakes and lamp.</summary>
@@ -124,6 +143,30 @@ namespace FireAtlas
             get { return finished; }
         }
 
+        /// <summary>A fire with phases that was lit burns.</summary>
+        public UnityEvent Lit
+        {
+            get { return lit; }
+        }
+
+        /// <summary>A fire with phases that was put out is out.</summary>
+        public UnityEvent WentOut
+        {
+            get { return wentOut; }
+        }
+
+        /// <summary>Lights a fire with phases.</summary>
+        public void Ignite()
+        {
+            burning = true;
+        }
+
+        /// <summary>Puts out a fire with phases.</summary>
+        public void Extinguish()
+        {
+            burning = false;
+        }
+
         /// <summary>Plays a state of the Animator.</summary>
         /// <param name="name">Name of the state: that of the build, or of one of its animations.</param>
         /// <param name="start">Where to begin, 0 to 1.</param>
@@ -151,6 +194,7 @@ namespace FireAtlas
             hashes = Array.ConvertAll(lights, each => Animator.StringToHash(each.state));
             tracks = Array.ConvertAll(lights, each => LightTrack.Of(each.track));
             ShowOrHideFlakes();
+            animatorRan = false;
             if (!string.IsNullOrEmpty(state)) Begin();
         }
 
@@ -167,6 +211,23 @@ namespace FireAtlas
             if (animator != null) animator.speed = playing ? speed : 0;
             if (sprite != null) sprite.color = tint;
             if (showFlakes != flakesShown) ShowOrHideFlakes();
+            LightOrPutOut();
+        }
+
+        /// <summary>Sets the parameter of an Animator that has phases, which it forgets when it is disabled.
+        /// A fire that is not to burn when that begins is out at once. Allocates only then.</summary>
+        void LightOrPutOut()
+        {
+            bool runs = animator != null && animator.isActiveAndEnabled, begins = runs && !animatorRan;
+            animatorRan = runs;
+            if (begins)
+            {
+                lastTime = -1;
+                hasPhases = Array.Exists(animator.parameters, each => each.nameHash == BurningParameter);
+            }
+            if (!runs || !hasPhases) return;
+            animator.SetBool(BurningParameter, burning);
+            if (begins && !burning && string.IsNullOrEmpty(state)) animator.Play(OutState, 0, 0);
         }
 
         /// <summary>Called for a change only: flakes without a valid file turn themselves off.</summary>
@@ -187,6 +248,7 @@ namespace FireAtlas
 
         void Shine(AnimatorStateInfo now)
         {
+            if (hasPhases && now.shortNameHash == OutState) lamp.intensity = 0;
             int i = Array.IndexOf(hashes, now.shortNameHash);
             if (i < 0 || tracks[i] == null) return;
             LightTrack.Moment moment = tracks[i].At(now.normalizedTime);
@@ -206,10 +268,14 @@ namespace FireAtlas
         {
             bool same = now.shortNameHash == lastState && lastTime >= 0;
             float before = same ? lastTime : now.normalizedTime;
+            bool led = !same && lastTime >= 0;
             lastState = now.shortNameHash;
             lastTime = now.normalizedTime;
             if (now.loop && Mathf.Floor(lastTime) > Mathf.Floor(before)) looped.Invoke();
             if (!now.loop && before < 1 && lastTime >= 1) finished.Invoke();
+            if (!hasPhases || !led) return;
+            if (lastState == BurnState) lit.Invoke();
+            if (lastState == OutState) wentOut.Invoke();
         }
     }
 }

@@ -53,6 +53,7 @@ from fire_atlas.engines.unity.package import (
     shader_template,
 )
 from fire_atlas.engines.unity.sprites import PageSprite, max_texture_size, pivot_px, sprites_of
+from fire_atlas.engines.unity.states import BURNING, AnimatorState, animator_states
 from fire_atlas.formats.output_names import light_file
 from fire_atlas.formats.product import Product
 from fire_atlas.formats.templates.jinja import rendered
@@ -77,6 +78,9 @@ _HAZE_SHADER = "haze.shader.j2"
 _HEAT = ".heat"
 """After the name of a build, in those of the shader and the material of its heat."""
 
+_NO_CHANNEL = -1
+"""Channel of heat that no page has: nothing is seen of a frame in it."""
+
 _SCALE = re.compile(r"- _Scale: .*")
 
 _EXPOSED = 6
@@ -99,7 +103,7 @@ class _Export:
         self.product = product
         self.options = options
         self.name = product.name
-        self.states = state_names([animation.name for animation in product.sheets[0].animations])
+        self.states = state_names([state.name for state in animator_states(product.sheets[0])])
 
     def files(self) -> Iterator[OutputFile]:
         """Yield every file: shaders and scripts first, then what refers to them."""
@@ -338,25 +342,47 @@ class _Export:
         return OutputFile(file, "import", meta.encode())
 
     def clips(self, sheet: AtlasSheet, sprites: dict[str, PageSprite]) -> Iterator[OutputFile]:
-        """Yield an animation clip for each animation, and the controller that plays them."""
-        duration = {region.name: region.duration for region in sheet.regions}
-        stems = file_stems(sheet.title, [animation.name for animation in sheet.animations])
+        """Yield an animation clip for each state, and the controller that plays them."""
+        played = animator_states(sheet)
+        stems = file_stems(sheet.title, [state.name for state in played])
         states = []
-        for animation in sheet.animations:
-            file = f"{sheet.name}{stems[animation.name].removeprefix(sheet.title)}{CLIP_ENDING}"
-            fps = 1000 / duration[animation.frames[0]]
+        for state in played:
+            file = f"{sheet.name}{stems[state.name].removeprefix(sheet.title)}{CLIP_ENDING}"
             keys = [
-                {"time": i / fps, "sprite": sprites[frame]}
-                for i, frame in enumerate(animation.frames)
+                {"time": i / state.fps, "sprite": None if frame is None else sprites[frame]}
+                for i, frame in enumerate(state.frames)
             ]
-            yield from self.text(file, "clip.anim.j2", keys=keys, fps=fps, loop=animation.loop)
-            state = self.states[animation.name]
-            states.append(
-                {"name": state, "id": local_file_id("state", state), "clip": self.guid(file)}
-            )
+            yield from self.text(file, "clip.anim.j2", keys=keys, fps=state.fps, loop=state.loop)
+            states.append(self.controller_state(state, self.guid(file)))
+        parameter = BURNING if any(state.transitions for state in played) else None
         yield from self.text(
-            sheet.name + CONTROLLER_ENDING, "animator.controller.j2", states=states
+            sheet.name + CONTROLLER_ENDING,
+            "animator.controller.j2",
+            states=states,
+            parameter=parameter,
         )
+
+    def controller_state(self, state: AnimatorState, clip: str) -> dict[str, object]:
+        """Return what the controller states of a state, whose clip has the GUID ``clip``."""
+        return {
+            "name": self.states[state.name],
+            "id": self.state_id(state.name),
+            "clip": clip,
+            "transitions": [
+                {
+                    "id": local_file_id("transition", f"{step.before}/{step.after}"),
+                    "target": self.state_id(step.after),
+                    "exit_time": step.exit_time,
+                    "offset": step.offset,
+                    "burning": step.burning,
+                }
+                for step in state.transitions
+            ],
+        }
+
+    def state_id(self, name: str) -> int:
+        """Return the local file id of a state."""
+        return local_file_id("state", self.states[name])
 
     def prefab(self, sheet: AtlasSheet, sprites: dict[str, PageSprite]) -> Iterator[OutputFile]:
         """Yield the prefab of one scale, which a user drags into a scene."""
@@ -391,18 +417,21 @@ class _Export:
         """Return what the prefab states of the player of heat."""
         own = not self.uses_package
         channel = {region.name: CHANNELS.index(region.channel or "r") for region in sheet.regions}
+        first = sprites[sheet.animations[0].frames[0]]
         return {
             "script": self.guid(self.script("heat")) if own else package_guid(HEAT),
             "material": self.guid(f"{self.name}{_HEAT}{MATERIAL_ENDING}"),
             "states": [
                 {
-                    "name": self.states[animation.name],
+                    "name": self.states[state.name],
                     "frames": [
-                        {"sprite": sprites[frame], "channel": channel[frame]}
-                        for frame in animation.frames
+                        {"sprite": first, "channel": _NO_CHANNEL}
+                        if frame is None
+                        else {"sprite": sprites[frame], "channel": channel[frame]}
+                        for frame in state.frames
                     ],
                 }
-                for animation in sheet.animations
+                for state in animator_states(sheet)
             ],
         }
 

@@ -89,20 +89,30 @@ class Player:
         )  # fmt: skip
         assert done.returncode == 0, done.stdout + done.stderr
 
-    def lines(self, moments: Sequence[float], how: str = "loop", side: str = "plain") -> list[str]:
+    def lines(
+        self,
+        moments: Sequence[float],
+        how: str = "loop",
+        side: str = "plain",
+        state: str = "fire",
+    ) -> list[str]:
         """Return what the harness prints."""
         ran = subprocess.run(
-            ["mono", str(self._program), "fire", how, side, ",".join(map(repr, moments))],
+            ["mono", str(self._program), state, how, side, ",".join(map(repr, moments))],
             input="\n".join(self._frames), capture_output=True, text=True, check=True,
         )  # fmt: skip
         return ran.stdout.splitlines()
 
     def properties(
-        self, moments: Sequence[float], how: str = "loop", side: str = "plain"
+        self,
+        moments: Sequence[float],
+        how: str = "loop",
+        side: str = "plain",
+        state: str = "fire",
     ) -> list[dict[str, list[float]]]:
         """Return the properties that the shader gets at each moment."""
         found: list[dict[str, list[float]]] = [{}]
-        for line in self.lines(moments, how, side):
+        for line in self.lines(moments, how, side, state):
             name, *numbers = line.split()
             if name == "end":
                 found.append({})

@@ -295,6 +295,29 @@ def test_a_player_sets_flame_flakes_and_lamp(harness: Harness, tmp_path: Path) -
     assert numbers[8] == [0], "collections of 20000 updates"
 
 
+def test_a_player_lights_a_fire_and_puts_it_out(harness: Harness, tmp_path: Path) -> None:
+    """What the Animator is told, whether it is in ``out``, the lamp, and the events so far.
+
+    The last Animator has no such parameter.
+    """
+    file = tmp_path / "fire.light.json"
+    file.write_bytes(write_light("fire", lit("fire")).data)
+    assert harness("phases", file) == [
+        "True shown bright 0 0",
+        "False shown bright 0 0", "False shown bright 0 0", "False shown bright 0 0",
+        "False out dark 0 1", "False out dark 0 1",
+        "True out dark 0 1", "True shown dark 0 1", "True shown bright 1 1",
+        "True shown bright 1 1",
+        "False shown bright 1 1",
+        "an Animator that begins again",
+        "False out dark 1 1",
+        "a fire that does not burn as it begins, and one that begins elsewhere",
+        "False out dark 1 1", "False shown bright 1 1",
+        "collections 0",
+        "untold out bright 1 1", "untold shown bright 1 1",
+    ]  # fmt: skip
+
+
 def test_names_of_recipes_are_single_arguments(harness: Harness) -> None:
     names = [
         "Assets/a.fire",

@@ -2,6 +2,8 @@
 //
 // light FILE TIME,...             intensity, colour and place of the light at each time
 // play FILE                       what a player sets and announces over two rounds; its allocations
+// phases FILE                     the same of a player that puts out a fire and lights it: Burning as its
+//                                 Animator knows it, light, and how often it announced Lit and WentOut
 // arguments NAME...               the command line for recipes, then whether each name is a recipe
 // build COMMAND PROJECT NAME...   selects assets and builds them; "" selects none and builds all
 // stop COMMAND PROJECT NAME...    the same, cancelled at once
@@ -31,6 +33,7 @@ static class PackageHarness
         {
             case "light": Light(rest[0], rest[1].Split(',')); break;
             case "play": Play(rest[0]); break;
+            case "phases": Phases(rest[0]); break;
             case "arguments": Arguments(rest); break;
             default: Build(args[0], rest); break;
         }
@@ -119,6 +122,68 @@ static class PackageHarness
             late();
         }
         Print(GC.CollectionCount(0) - collections);
+    }
+
+    static void Phases(string path)
+    {
+        int parameter = Animator.StringToHash("Burning");
+        var animator = new Animator { enabled = true, Parameters = new[] { "Size", "Burning" } };
+        var lamp = new Light();
+        var player = new FireAtlasPlayer { enabled = true };
+        Private.Set(player, "animator", animator);
+        Private.Set(player, "lamp", lamp);
+        Private.Set(player, "lights", new[] { new FireAtlasPlayer.StateLight { state = "burn", track = Asset(path) } });
+        Private.Call(player, "OnEnable")();
+        Action update = Private.Call(player, "Update"), late = Private.Call(player, "LateUpdate");
+        int lit = 0, out_ = 0;
+        player.Lit.AddListener(() => lit++);
+        player.WentOut.AddListener(() => out_++);
+
+        Action<string> show = state =>
+        {
+            animator.Bools.Clear();
+            update();
+            if (state != null) animator.Current = new AnimatorStateInfo { shortNameHash = Animator.StringToHash(state), loop = state == "burn" };
+            late();
+            bool told, known = animator.Bools.TryGetValue(parameter, out told);
+            bool isOut = animator.Current.shortNameHash == Animator.StringToHash("out");
+            Console.WriteLine("{0} {1} {2} {3} {4}", known ? told.ToString() : "untold", isOut ? "out" : "shown", lamp.intensity > 0 ? "bright" : "dark", lit, out_);
+        };
+
+        show("burn");
+        player.Extinguish();
+        foreach (string state in new[] { "burn", "extinguish_1", "extinguish", "out", "out" }) show(state);
+        player.Ignite();
+        foreach (string state in new[] { "out", "ignite", "burn", "burn" }) show(state);
+        player.Burning = false;
+        show("burn");
+        Console.WriteLine("an Animator that begins again");
+        animator.enabled = false;
+        update();
+        animator.enabled = true;
+        animator.Current.shortNameHash = Animator.StringToHash("burn");
+        show(null);
+        Console.WriteLine("a fire that does not burn as it begins, and one that begins elsewhere");
+        foreach (string begin in new[] { "", "burn" })
+        {
+            Private.Set(player, "state", begin);
+            animator.Current.shortNameHash = Animator.StringToHash("burn");
+            Private.Call(player, "OnEnable")();
+            show(null);
+        }
+        GC.Collect();
+        int collections = GC.CollectionCount(0);
+        for (int i = 0; i < 20000; i++)
+        {
+            player.Burning = i % 2 == 0;
+            animator.Current.normalizedTime = i * 0.013f;
+            update();
+            late();
+        }
+        Console.WriteLine("collections " + (GC.CollectionCount(0) - collections));
+        animator.Parameters = new[] { "Size" };
+        Private.Call(player, "OnEnable")();
+        foreach (string state in new[] { "out", "burn" }) show(state);
     }
 
     static void Arguments(string[] names)

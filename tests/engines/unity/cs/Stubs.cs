@@ -118,12 +118,24 @@ namespace UnityEngine
         public bool loop { get; set; }
     }
 
+    public class AnimatorControllerParameter
+    {
+        public string name { get; set; }
+        public int nameHash { get { return Animator.StringToHash(name); } }
+    }
+
     public sealed class Animator : Behaviour
     {
         public AnimatorStateInfo Current;
+        public readonly System.Collections.Generic.Dictionary<int, bool> Bools = new System.Collections.Generic.Dictionary<int, bool>();
+        public string[] Parameters = new string[0];
+        public AnimatorControllerParameter[] parameters { get { return Array.ConvertAll(Parameters, each => new AnimatorControllerParameter { name = each }); } }
         public RuntimeAnimatorController runtimeAnimatorController { get; set; }
         public float speed { get; set; }
         public AnimatorStateInfo GetCurrentAnimatorStateInfo(int layer) { return Current; }
+        public void SetBool(int id, bool value) { Bools[id] = value; }
+        public void SetBool(string name, bool value) { SetBool(StringToHash(name), value); }
+        public void Play(string stateName) { Play(StringToHash(stateName), -1, 0); }
 
         public void Play(int stateNameHash, int layer, float normalizedTime)
         {
@@ -299,10 +311,19 @@ namespace UnityEngine
 
 namespace UnityEngine.Events
 {
+    public delegate void UnityAction();
+
     public class UnityEvent
     {
         public int Times;
-        public void Invoke() { Times++; }
+        UnityAction calls;
+        public void AddListener(UnityAction call) { calls += call; }
+
+        public void Invoke()
+        {
+            Times++;
+            if (calls != null) calls();
+        }
     }
 }
 
