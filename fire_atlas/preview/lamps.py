@@ -12,13 +12,14 @@ from fire_atlas.core.pixels import Bytes
 from fire_atlas.effect.composition.light import ClipLight, FrameLight
 from fire_atlas.formats.atlas.texture_packer import AtlasFile
 from fire_atlas.formats.output_names import animation_stem, light_file
-from fire_atlas.formats.tracks.light import light_of_frames, read_light
+from fire_atlas.formats.tracks.light import light_of_frames, mean_light, read_light
 from fire_atlas.preview.blend import as_seen
 from fire_atlas.preview.cut_frames import cut_frames, shown_alpha
 
 Lamp: TypeAlias = list[tuple[float, ...]]
-"""Of each frame its light r, g, b, linear and 1 in the mean of the animation's brightest channel,
-and the middle of it x, y, px of the untrimmed frame."""
+"""Of each frame its light r, g, b, linear and 1 in the mean of the brightest channel, and the
+middle of it x, y, px of the untrimmed frame. The mean is that of the animation, or of the first
+loop of a fire that changes in a game."""
 
 
 def lamps_of(atlas: AtlasFile) -> list[Lamp]:
@@ -27,13 +28,26 @@ def lamps_of(atlas: AtlasFile) -> list[Lamp]:
     Raises:
         SourceError: A file is missing, or is not as the atlas states.
     """
-    lamps, frames = [], cut_frames(atlas)
+    means, lamps, frames = dict[str, float](), list[Lamp](), cut_frames(atlas)
     for animation in atlas.sheet.animations:
         shown = islice(frames, len(animation.frames))
-        lamp = _tracked(atlas, animation)
-        lamps.append(_measured(atlas, shown) if lamp is None else lamp)
+        mean, lamp = _tracked(atlas, animation) or _measured(atlas, shown)
+        means[animation.name] = mean
+        lamps.append(lamp)
         deque(shown, maxlen=0)  # skip its frames
-    return lamps
+    states = atlas.sheet.states
+    if states is None:
+        return lamps
+    unit = next(means[state.animation] for state in states.states if state.is_loop)
+    return [
+        _brighter(lamp, mean / unit if unit else 1.0)
+        for lamp, mean in zip(lamps, means.values(), strict=True)
+    ]
+
+
+def dark(lamp: Lamp) -> Lamp:
+    """Return the light of one frame of a fire that is out."""
+    return [(0.0, 0.0, 0.0, *lamp[0][3:])]
 
 
 def has_light_tracks(atlas: AtlasFile) -> bool:
@@ -45,28 +59,35 @@ def _track(atlas: AtlasFile, animation: Animation) -> Path:
     return atlas.path.with_name(light_file(animation_stem(atlas.sheet.title, animation.name)))
 
 
-def _tracked(atlas: AtlasFile, animation: Animation) -> Lamp | None:
-    """Return the light in the track of an animation; None without a track."""
+def _tracked(atlas: AtlasFile, animation: Animation) -> tuple[float, Lamp] | None:
+    """Return the mean light in the track of an animation, and its lamp; None without a track."""
     path = _track(atlas, animation)
-    rows = read_light(path)
-    if rows is None:
+    found = read_light(path)
+    if found is None:
         return None
+    mean, rows = found
     if len(rows) != len(animation.frames):
         raise SourceError(
             f"{path}: has the light of {len(rows)} frames, but {animation.name} has "
             f"{len(animation.frames)}; build the recipe again"
         )
-    return [_of_row(row, atlas.sheet.scale) for row in rows]
+    return mean, [_of_row(row, atlas.sheet.scale) for row in rows]
 
 
-def _measured(atlas: AtlasFile, frames: Iterator[Bytes]) -> Lamp:
+def _measured(atlas: AtlasFile, frames: Iterator[Bytes]) -> tuple[float, Lamp]:
+    """Return the mean light of frames, and their lamp."""
     sheet = atlas.sheet
     lights = tuple(
         FrameLight.of(as_seen(frame, shown_alpha(sheet), sheet.blend_space)) for frame in frames
     )
     largest = max(atlas.frames, key=lambda region: region.frame_width * region.frame_height)
     size = largest.frame_width, largest.frame_height
-    return [_of_row(row, 1.0) for row in light_of_frames(ClipLight(sheet.fps, *size, True, lights))]
+    light = ClipLight(sheet.fps, *size, True, lights)
+    return mean_light(light), [_of_row(row, 1.0) for row in light_of_frames(light)]
+
+
+def _brighter(lamp: Lamp, times: float) -> Lamp:
+    return [(*(round(times * light, 4) for light in row[:3]), *row[3:]) for row in lamp]
 
 
 def _of_row(row: dict[str, float], scale: float) -> tuple[float, ...]:

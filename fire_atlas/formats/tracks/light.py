@@ -61,7 +61,7 @@ def write_light(name: str, light: ClipLight) -> OutputFile:
         "units": "px, s; linear rgb, brightest channel 1; intensity 1 is the mean",
         "mean": _rounded(
             {
-                "light": float(mean.rgb.max()) / (light.width * light.height),
+                "light": mean_light(light),
                 **_shape(mean, light),
             }
         ),
@@ -69,6 +69,11 @@ def write_light(name: str, light: ClipLight) -> OutputFile:
     text = json.dumps(head, ensure_ascii=False)[:-1]
     frames = ",\n".join(json.dumps(row) for row in rows)
     return OutputFile(light_file(name), "light", f'{text},\n"frames": [\n{frames}\n]}}\n'.encode())
+
+
+def mean_light(light: ClipLight) -> float:
+    """Return the mean of the brightest channel per px of the frames."""
+    return float(_mean(light).rgb.max()) / (light.width * light.height)
 
 
 def light_of_frames(light: ClipLight) -> list[dict[str, float]]:
@@ -83,8 +88,9 @@ def light_of_frames(light: ClipLight) -> list[dict[str, float]]:
     ]
 
 
-def read_light(path: Path) -> list[dict[str, float]] | None:
-    """Read intensity, r, g, b, x and y of each frame from a file; None if there is no such file.
+def read_light(path: Path) -> tuple[float, list[dict[str, float]]] | None:
+    """Read the mean light, and intensity, r, g, b, x and y of each frame from a file; None if there
+    is no such file.
 
     Raises:
         SourceError: The file was not written by ``write_light``.
@@ -92,11 +98,12 @@ def read_light(path: Path) -> list[dict[str, float]] | None:
     if not path.exists():
         return None
     try:
-        frames = json.loads(read_file(path, MAX_JSON_BYTES))["frames"]
-        return [
+        document = json.loads(read_file(path, MAX_JSON_BYTES))
+        mean = number(document["mean"]["light"], 0, _HIGHEST["intensity"])
+        return mean, [
             {key: number(frame[key], 0, high) for key, high in _HIGHEST.items()}
             | {key: number(frame[key], -_FURTHEST, _FURTHEST) for key in "xy"}
-            for frame in frames
+            for frame in document["frames"]
         ]
     except OSError as error:
         raise SourceError(f"{path}: the light cannot be read ({error.strerror})") from None
