@@ -24,7 +24,7 @@ function move(position) {
   const way = wayOn();
   const end = way?.frame + 1;
   if (!way || film.position >= end || position < end) {
-    seek(position);
+    seek(film.rests ? Math.min(position, film.count - 1) : position);
     return;
   }
   film.pause();
@@ -66,7 +66,7 @@ function show(index) {
 function select(index) {
   show(index);
   before = null;
-  tellWindOf(index);
+  wantPlaceOf(index);
   refresh();
 }
 
@@ -185,6 +185,7 @@ const KEYS = {
   a: () => change("field"),
   b: () => next("backdrop"),
   d: () => next("seam"),
+  e: putOutOrLight,
   f: () => change("flakes"),
   l: () => change("layer"),
   m: () => change("between"),

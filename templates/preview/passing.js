@@ -1,20 +1,24 @@
-/** How fire with several winds passes from animation to animation, along its graph of states. */
+/**
+ * How a fire that changes passes from animation to animation, along its graph of states.
+ *
+ * It stays in places that stand in a row: in its winds, or out and burning. The viewer wants one of
+ * them, and the fire goes there through all in between, as soon as a frame comes from which it may.
+ */
+let wanted = 0;
 
 /** Where the fire goes on in another animation: {frame, to, entry}, or null where it stays. */
 function wayOn() {
   if (!data.states) return null;
-  const { loops, transitions } = data.states;
+  const { places, leads, transitions } = data.states;
   const here = films.indexOf(film);
-  const ways = transitions.filter(({ from }) => from === here);
-  const now = loops.indexOf(here);
-  if (now < 0) return film.repeat ? null : (ways[0] ?? null);
-  const towards = loops[now + Math.sign(Number($("wind").value) - now)];
-  return ways.find(({ to }) => towards !== here && loopAfter(to) === towards) ?? null;
-}
-
-/** The loop to which a transition leads. */
-function loopAfter(transition) {
-  return data.states.transitions.find(({ from }) => from === transition)?.to;
+  const now = places.indexOf(here);
+  if (now < 0 && film.repeat) return null;
+  const towards = now < 0 ? leads[here] : now + Math.sign(wanted - now);
+  const ways = transitions
+    .filter(({ from, to }) => from === here && leads[to] === towards)
+    .map((way) => ({ ...way, frame: way.frame ?? film.index }));
+  const sooner = (one, other) => (film.until(other.frame) < film.until(one.frame) ? other : one);
+  return ways.length ? ways.reduce(sooner) : null;
 }
 
 /** The frame into which that of a shown animation passes: none after the last of what plays once. */
@@ -42,24 +46,63 @@ function advance(elapsed) {
   advance(elapsed - wait);
 }
 
-/** Let the slider say in which wind a chosen animation is, or ends. */
-function tellWindOf(index) {
-  if (!data.states) return;
-  const { loops } = data.states;
-  $("wind").value = loops.indexOf(loops.includes(index) ? index : loopAfter(index));
+/** Want the place where a chosen animation is, or leads. */
+function wantPlaceOf(index) {
+  wanted = data.states?.leads[index] ?? 0;
+}
+
+/** Whether the fire is out: at the end of what puts it out. */
+const isOut = () => film.rests && film.next === null;
+
+/** What a fire that is lit and put out does, in words. */
+function phaseTold() {
+  const isWanted = wanted === 1;
+  if (isOut()) return isWanted ? "is being lit" : "is out";
+  switch (data.states.phases[films.indexOf(film)]) {
+    case "ignite": return isWanted ? "is being lit" : "is being lit, then goes out";
+    case "burn": return isWanted ? "burns" : `goes out after frame ${wayOn().frame + 1}`;
+    default: return isWanted ? "goes out, then is lit" : "goes out";
+  }
+}
+
+/** Tell what is wanted, beside the controls that change it. */
+function tellWanted() {
+  if ($("wind")) {
+    const { levels } = data.states;
+    $("wind").value = wanted;
+    $("level").textContent = levels[wanted];
+    $("wind").setAttribute("aria-valuetext", levels[wanted]);
+    $("wind").style.setProperty("--done", wanted / (levels.length - 1));
+  }
+  if ($("phase")) {
+    $("phase").textContent = wanted ? "Put out" : "Light";
+    $("phase-told").textContent = phaseTold();
+  }
+}
+
+/** Let a wind blow, counted from the weakest. */
+function blow(level) {
+  wanted = level;
+  refresh();
+  say(`wind ${$("level").textContent}`);
 }
 
 /** Let the next stronger wind blow; after the strongest the weakest. */
 function nextWind() {
-  if (!data.states) {
-    say(hints("wind"));
-    return;
-  }
-  $("wind").value = (Number($("wind").value) + 1) % data.states.levels.length;
-  $("wind").dispatchEvent(new Event("input"));
+  if ($("wind")) blow((wanted + 1) % data.states.levels.length);
+  else say(hints("wind"));
 }
 
-$("wind")?.addEventListener("input", () => {
+/** Put a fire out that burns or is to burn, or else light it. */
+function putOutOrLight() {
+  if (!$("phase")) {
+    say(hints("phase"));
+    return;
+  }
+  wanted = 1 - wanted;
   refresh();
-  say(`wind ${$("level").textContent}`);
-});
+  say(`the fire ${phaseTold()}`);
+}
+
+$("wind")?.addEventListener("input", () => blow(Number($("wind").value)));
+$("phase")?.addEventListener("click", putOutOrLight);
