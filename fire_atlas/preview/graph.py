@@ -7,7 +7,8 @@ burning. On its way to one of them it passes all that lie in between.
 from dataclasses import replace
 from typing import Any
 
-from fire_atlas.atlas.sheet import AtlasSheet, Region, StateGraph
+from fire_atlas.atlas.sheet import AtlasSheet, Phase, Region, StateGraph
+from fire_atlas.formats.atlas.texture_packer import AtlasFile
 
 OUT = "out"
 """The name of an animation that the page adds for a fire that vanishes: it shows nothing."""
@@ -36,6 +37,21 @@ def vanishes(sheet: AtlasSheet) -> bool:
 def nothing_of(frame: Region) -> Region:
     """Return a frame that shows nothing where another one is shown."""
     return replace(frame, name="nothing is drawn", width=0, height=0)
+
+
+def in_playing_order(atlas: AtlasFile) -> AtlasFile:
+    """Return an atlas whose fire is lit, burns and is put out, one after the other; the same of a
+    fire that is not. What enters the last from other frames of the loop is left out."""
+    if atlas.sheet.states is None or not has_phases(atlas.sheet):
+        return atlas
+    animations = {animation.name: animation for animation in atlas.sheet.animations}
+    regions = {region.name: region for region in atlas.frames}
+    phases: tuple[Phase, ...] = "ignite", "burn", "extinguish"
+    played = [
+        animations[name] for phase in phases for name in atlas.sheet.states.of_phase(phase)[:1]
+    ]
+    shown = tuple(regions[name] for animation in played for name in animation.frames)
+    return replace(atlas, sheet=replace(atlas.sheet, animations=tuple(played), regions=shown))
 
 
 def graph_data(sheet: AtlasSheet) -> dict[str, Any] | None:

@@ -56,12 +56,12 @@ const isOut = () => film.rests && film.next === null;
 
 /** What a fire that is lit and put out does, in words. */
 function phaseTold() {
-  const isWanted = wanted === 1;
-  if (isOut()) return isWanted ? "is being lit" : "is out";
+  const isLit = wanted === 1;
+  if (isOut()) return isLit ? "is being lit" : "is out";
   switch (data.states.phases[films.indexOf(film)]) {
-    case "ignite": return isWanted ? "is being lit" : "is being lit, then goes out";
-    case "burn": return isWanted ? "burns" : `goes out after frame ${wayOn().frame + 1}`;
-    default: return isWanted ? "goes out, then is lit" : "goes out";
+    case "ignite": return isLit ? "is being lit" : "is being lit, then goes out";
+    case "burn": return isLit ? "burns" : `goes out after frame ${wayOn().frame + 1}`;
+    default: return isLit ? "goes out, then is lit" : "goes out";
   }
 }
 

@@ -7,7 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from PIL import Image, ImageSequence
 
+from fire_atlas.cli import main
 from fire_atlas.formats.tracks.tracks_json import read_all_tracks
 from fire_atlas.preview.blend import blend
 from fire_atlas.preview.lamps import lamps_of
@@ -23,6 +25,7 @@ STATE = """(() => {
   return {
     button: text("#phase"), told: text("#phase-told"),
     now: [...document.querySelectorAll("#graph .now text")].map((each) => each.textContent),
+    wanted: text("#graph .wanted text"),
     nodes: [...document.querySelectorAll("#graph text")].map((each) => each.textContent),
     label: document.getElementById("graph").getAttribute("aria-label"),
   };
@@ -101,6 +104,7 @@ def test_twenty_random_moments_each_way_show_what_a_game_shows(
         assert f" · {len(tracks[now[0]].frames[now[1]])} flakes" in look["caption"]
         assert state["now"] == [walker.phase(now)]
         assert state["label"] == f"out, ignite, burn, extinguish; now: {walker.phase(now)}"
+        assert state["wanted"] == ("burn" if is_lit else "out")
         assert state["button"] == ("Put out" if is_lit else "Light")
     assert visited == {state.animation for state in walker.graph.states}
 
@@ -148,6 +152,39 @@ def test_what_comes_next_is_told_and_said(
     ]  # fmt: skip
     said = [each["said"] for each in seen.results if isinstance(each, dict) and "said" in each]
     assert said == [f"the fire goes out after frame {leaving + 1}", f"the fire {told[-1]}"]
+
+
+def test_half_steps_lead_out_and_back(browser: Browser, page: Path, walker: PhaseWalker) -> None:
+    count = 2 * (walker.count("burn") + walker.count("extinguish"))
+    half = """(document.body.dispatchEvent(new KeyboardEvent("keydown", {key: ".", bubbles: true})),
+      document.getElementById("now").textContent)"""
+    halves = "run", f"Array.from({{length: {count}}}, () => {half})"
+    seen = browser.visit(page, ("click", "[name=between][value=blend]"), KEY, halves, KEY, halves)
+    assert_quiet(seen, page)
+    now, is_lit = ("burn", 0), True
+    for positions in seen.results:
+        is_lit, wanted = not is_lit, []
+        while len(wanted) < count:
+            following = walker.after(now, is_lit)
+            between = [f"{now[1] + 1.5:.2f}"] if following != now else []
+            now = following
+            wanted += [*between, str(now[1] + 1)]
+        assert positions == wanted[:count]
+
+
+def test_a_picture_shows_how_it_is_lit_and_put_out(page: Path, walker: PhaseWalker) -> None:
+    atlas = page.with_name("fire.json")
+    assert main(["preview", str(atlas), "--webp", "-q"]) == 0
+    shown = [
+        blend(walker.cuts[name, i], (16, 16, 20), "straight", "srgb")
+        for name in ("ignite", "burn", "extinguish")
+        for i in range(walker.count(name))
+    ]
+    with Image.open(atlas.with_name("fire.preview.webp")) as picture:
+        frames = [frame.convert("RGB") for frame in ImageSequence.Iterator(picture)]
+    assert len(frames) == len(shown)
+    for frame, expected in zip(frames, shown, strict=True):
+        assert np.abs(np.asarray(frame).astype(int) - expected).mean() < 1
 
 
 @pytest.mark.parametrize("has_tracks", [True, False])

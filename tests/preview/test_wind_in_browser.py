@@ -13,6 +13,14 @@ from tests.support.graph import Place
 from tests.support.wind import LEVELS, SILK, Walker, recipe_in
 
 LOOK = ("look",)
+GRAPH = (
+    "run",
+    """[
+  document.getElementById("graph").getAttribute("aria-label"),
+  document.querySelector("#graph .wanted").textContent.trim(),
+  document.querySelectorAll("#graph .now").length,
+]""",
+)
 SHOWN = "document.getElementById('caption').textContent.split(' ')[0]"
 
 
@@ -49,13 +57,13 @@ def test_twenty_random_moves_of_the_slider_show_what_a_game_shows(
     for level, count in moves:
         step = f"(document.getElementById('on').click(), {SHOWN})"
         walk = f"Array.from({{length: {count}}}, () => {step})"
-        steps += [*set_wind(int(level)), ("run", walk), ("pixels", "#picture"), LOOK]
+        steps += [*set_wind(int(level)), ("run", walk), ("pixels", "#picture"), LOOK, GRAPH]
     seen = browser.visit(page, *steps)
     assert_quiet(seen, page)
     results = [each for each in seen.results if each is not None]
     now, visited = ("wind_0", 0), set[str]()
     for i, (level, count) in enumerate(moves):
-        frames, drawn, look = results[3 * i : 3 * i + 3]
+        frames, drawn, look, graph = results[4 * i : 4 * i + 4]
         wanted = []
         for _ in range(count):
             now = walker.after(now, int(level))
@@ -65,6 +73,8 @@ def test_twenty_random_moves_of_the_slider_show_what_a_game_shows(
         expected = blend(walker.cuts[now], (16, 16, 20), "straight", "srgb")
         assert np.abs(picture(drawn)[..., :3].astype(int) - expected).max() <= 2
         assert look["label"] == f"{now[0]}, frame {now[1] + 1} of {walker.count(now[0])}"
+        winds = [str(LEVELS[int(number)]) for number in now[0].split("_")[1:]]
+        assert graph == [f"0, 2, 5; now: {' to '.join(winds)}", str(LEVELS[level]), 1]
     assert visited == {state.animation for state in walker.graph.states}
 
 
