@@ -163,7 +163,7 @@ def test_half_steps_lead_out_and_back(browser: Browser, page: Path, walker: Phas
     assert_quiet(seen, page)
     now, is_lit = ("burn", 0), True
     for positions in seen.results:
-        is_lit, wanted = not is_lit, []
+        is_lit, wanted = not is_lit, list[str]()
         while len(wanted) < count:
             following = walker.after(now, is_lit)
             between = [f"{now[1] + 1.5:.2f}"] if following != now else []
