@@ -42,7 +42,7 @@ from fire_atlas.pipeline.build import build as build_loaded
 from fire_atlas.pipeline.examine import examine_alone
 from fire_atlas.pipeline.input.check import CheckedRecipe, load_checked
 from fire_atlas.preview.inspection import Inspection, inspection_of
-from fire_atlas.preview.kinds import PreviewKind, color_of, is_preview, preview_of
+from fire_atlas.preview.kinds import PreviewKind, as_played, color_of, is_preview, preview_of
 from fire_atlas.preview.sentences import BuildSentences
 from fire_atlas.preview.singles import with_singles_played
 from fire_atlas.recipe.tree import read_tree
@@ -174,6 +174,6 @@ def write_preview(
     target, color = Path(to), color_of(background, kind, "background")
     if not overwrite and not is_preview(target, kind):
         refuse_existing([target])
-    played = with_singles_played(read_atlas(Path(atlas)))
+    played = as_played(read_atlas(Path(atlas)), kind)
     write_whole(target, preview_of(played, kind, color), lambda note: None)
     return target

@@ -11,8 +11,7 @@ from fire_atlas.cli.text import printable
 from fire_atlas.formats.atlas.texture_packer import read_atlas
 from fire_atlas.outputs.folder import default_folder, make_folder
 from fire_atlas.outputs.staging import refuse_existing, write_whole
-from fire_atlas.preview.kinds import color_of, is_preview, preview_of
-from fire_atlas.preview.singles import with_singles_played
+from fire_atlas.preview.kinds import as_played, color_of, is_preview, preview_of
 from fire_atlas.recipe.tree import RecipeTree, is_recipe, read_tree
 
 _SUFFIX = {"page": ".html", "gif": ".gif", "webp": ".webp", "apng": ".png", "sheet": ".sheet.png"}
@@ -27,7 +26,7 @@ def run(args: Namespace) -> int:
     view = view_for(json_lines=False, quiet=args.quiet, verbose=False)
     view.begin(args.subject)
     with _atlas(tree, args, view) as built:
-        atlas = with_singles_played(read_atlas(built.path))
+        atlas = as_played(read_atlas(built.path), args.kind)
         data = preview_of(atlas, args.kind, background, built.clip, built.field)
     if args.out is None:
         make_folder(target.parent)

@@ -13,11 +13,20 @@ from fire_atlas.formats.output_names import flakes_file
 from fire_atlas.formats.tracks.tracks_json import read_all_tracks, read_tracks
 from fire_atlas.preview.field_data import FieldData
 from fire_atlas.preview.field_marks import FieldMarks
+from fire_atlas.preview.graph import in_playing_order
 from fire_atlas.preview.page import is_preview_page, preview_page
 from fire_atlas.preview.pictures import Color, animated_image, contact_sheet, is_preview_picture
+from fire_atlas.preview.singles import with_singles_played
 
 PreviewKind: TypeAlias = Literal["page", "gif", "webp", "apng", "sheet"]
 """An HTML page that plays the atlas, an animated picture, or a contact sheet."""
+
+
+def as_played(atlas: AtlasFile, kind: PreviewKind) -> AtlasFile:
+    """Return an atlas as a preview of a kind plays it: with its single sprites one after the other,
+    and in a picture with its phases in order."""
+    played = with_singles_played(atlas)
+    return played if kind == "page" else in_playing_order(played)
 
 
 def preview_of(
@@ -30,7 +39,7 @@ def preview_of(
     """Return the preview of an atlas.
 
     Args:
-        atlas: The atlas.
+        atlas: The atlas, as ``as_played`` returns it.
         kind: What to make.
         background: Colour behind the fire, sRGB 0..255, as from ``color_of``; None leaves an
             animated picture transparent.

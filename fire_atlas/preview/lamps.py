@@ -17,8 +17,9 @@ from fire_atlas.preview.blend import as_seen
 from fire_atlas.preview.cut_frames import cut_frames, shown_alpha
 
 Lamp: TypeAlias = list[tuple[float, ...]]
-"""Of each frame its light r, g, b, linear and 1 in the mean of the animation's brightest channel,
-and the middle of it x, y, px of the untrimmed frame."""
+"""Of each frame its light r, g, b, linear and 1 in the mean of the brightest channel, and the
+middle of it x, y, px of the untrimmed frame. The mean is that of the animation, or of the first
+loop of a fire that changes in a game."""
 
 
 def lamps_of(atlas: AtlasFile) -> list[Lamp]:
@@ -27,13 +28,26 @@ def lamps_of(atlas: AtlasFile) -> list[Lamp]:
     Raises:
         SourceError: A file is missing, or is not as the atlas states.
     """
-    lamps, frames = [], cut_frames(atlas)
-    for animation in atlas.sheet.animations:
+    sheet, frames = atlas.sheet, cut_frames(atlas)
+    tracked, measured = dict[str, Lamp](), dict[str, ClipLight]()
+    for animation in sheet.animations:
         shown = islice(frames, len(animation.frames))
-        lamp = _tracked(atlas, animation)
-        lamps.append(_measured(atlas, shown) if lamp is None else lamp)
+        if lamp := _tracked(atlas, animation):
+            tracked[animation.name] = lamp
+        else:
+            measured[animation.name] = _measured(atlas, shown)
         deque(shown, maxlen=0)  # skip its frames
-    return lamps
+    loop = None if sheet.states is None else measured.get(sheet.states.states[0].animation)
+    return [
+        tracked.get(each.name)
+        or [_of_row(row, 1.0) for row in light_of_frames(measured[each.name], loop)]
+        for each in sheet.animations
+    ]
+
+
+def dark(lamp: Lamp) -> Lamp:
+    """Return the light of one frame of a fire that is out."""
+    return [(0.0, 0.0, 0.0, *lamp[0][3:])]
 
 
 def has_light_tracks(atlas: AtlasFile) -> bool:
@@ -46,7 +60,7 @@ def _track(atlas: AtlasFile, animation: Animation) -> Path:
 
 
 def _tracked(atlas: AtlasFile, animation: Animation) -> Lamp | None:
-    """Return the light in the track of an animation; None without a track."""
+    """Return the lamp in the track of an animation; None without a track."""
     path = _track(atlas, animation)
     rows = read_light(path)
     if rows is None:
@@ -59,14 +73,15 @@ def _tracked(atlas: AtlasFile, animation: Animation) -> Lamp | None:
     return [_of_row(row, atlas.sheet.scale) for row in rows]
 
 
-def _measured(atlas: AtlasFile, frames: Iterator[Bytes]) -> Lamp:
+def _measured(atlas: AtlasFile, frames: Iterator[Bytes]) -> ClipLight:
+    """Return the light of frames."""
     sheet = atlas.sheet
     lights = tuple(
         FrameLight.of(as_seen(frame, shown_alpha(sheet), sheet.blend_space)) for frame in frames
     )
     largest = max(atlas.frames, key=lambda region: region.frame_width * region.frame_height)
     size = largest.frame_width, largest.frame_height
-    return [_of_row(row, 1.0) for row in light_of_frames(ClipLight(sheet.fps, *size, True, lights))]
+    return ClipLight(sheet.fps, *size, True, lights)
 
 
 def _of_row(row: dict[str, float], scale: float) -> tuple[float, ...]:

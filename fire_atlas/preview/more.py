@@ -34,6 +34,10 @@ _MORE = {
     "ramps": More("", "composite.ramp: [campfire, soul]", "an animation in each of some colours"),
     "views": More("views", "views.count: 4", f"the fire from as many sides, {_WITH_MADE_FIRE}"),
     "wind": More("wind", "wind.levels: [0, 2, 5]", f"a slider for the wind, {_WITH_MADE_FIRE}"),
+    "phases": More(
+        "phase", "phases: {ignite: 1, extinguish: 1.5}",
+        "a button that puts out the fire, and lights it",
+    ),
     "field": More("field", "fire-atlas preview --field RECIPE", "how the fire is analysed"),
 }  # fmt: skip
 

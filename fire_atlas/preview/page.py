@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from fire_atlas.atlas.sheet import Animation, AtlasSheet, Region, VectorScale, common_canvas
+from fire_atlas.atlas.sheet import Animation, Region, VectorScale, common_canvas
 from fire_atlas.core.files import open_file
 from fire_atlas.core.pixels import srgb_to_hex
 from fire_atlas.core.shipped import shipped
@@ -28,7 +28,15 @@ from fire_atlas.maps.vectors.encoding import motion_encoding
 from fire_atlas.preview.cut_frames import cells_named, colour_pages, shown_alpha, shown_page
 from fire_atlas.preview.field_data import FieldData
 from fire_atlas.preview.figures import page_use, range_text, safe_mip, span, value_text
-from fire_atlas.preview.lamps import has_light_tracks, lamps_of
+from fire_atlas.preview.graph import (
+    OUT,
+    graph_data,
+    has_phases,
+    levels_of,
+    nothing_of,
+    vanishes,
+)
+from fire_atlas.preview.lamps import dark, has_light_tracks, lamps_of
 from fire_atlas.preview.loops import figures_of_loops
 from fire_atlas.preview.more import More, more_than
 from fire_atlas.preview.pictures import Color
@@ -39,7 +47,7 @@ from fire_atlas.preview.views import choices_of, fires_in_views
 _SCRIPTS = (
     "film.js", "program.js", "scene.js", "flake_painter.js", "painter.js", "marks.js",
     "field_marks.js",
-    "state.js", "wind.js", "stage.js", "words.js", "controls.js", "page.js",
+    "state.js", "passing.js", "graph_picture.js", "stage.js", "words.js", "controls.js", "page.js",
 )  # fmt: skip
 
 _DRAWN = ["id", "x", "y", "size", "stretch", "rotation", "tail", "r", "g", "b", "a"]
@@ -79,6 +87,7 @@ _KEYBOARD = {
     "square pixels": ("p",),
     "repeat": ("r",),
     "next wind": ("w",),
+    "put the fire out, light it": ("e",),
 }
 
 
@@ -115,13 +124,18 @@ def preview_page(
     loops = figures_of_loops(atlas)
     ramps, has_heat = ramp_pictures(atlas), atlas.sheet.heat is not None
     views, names = fires_in_views(atlas.sheet), [each.name for each in atlas.sheet.animations]
+    lamps, choices = lamps_of(atlas), choices_of(atlas.sheet, views)
+    if vanishes(atlas.sheet):
+        choices[str(len(names))] = OUT
+        lamps.append(dark(lamps[0]))
+        names.append(OUT)
     of_animations = [
         {
             "field": field.of(name),
             "light": lamp,
             "views": next((fire for fire in views if number in fire), None),
         }
-        for number, (name, lamp) in enumerate(zip(names, lamps_of(atlas), strict=True))
+        for number, (name, lamp) in enumerate(zip(names, lamps, strict=True))
     ]
     more = _more(atlas, tracks, views, field)
     has_hard_pixels = is_pixel_art(atlas)
@@ -136,16 +150,17 @@ def preview_page(
         animations=[
             _animation_text(
                 animation,
-                _frames(atlas, animation),
+                frames,
                 loops.get(animation.name, []),
                 tracks.get(animation.name),
             )
-            for animation in atlas.sheet.animations
+            for animation, frames in _played(atlas)
         ],
-        choices=choices_of(atlas.sheet, views),
+        choices=choices,
         field=field.choices(names),
         pages=[_page(atlas, i) for i in range(len(atlas.sheet.pages))],
-        levels=_levels(atlas.sheet),
+        levels=levels_of(atlas.sheet),
+        has_phases=has_phases(atlas.sheet),
         sheets=sheets,
         layers={layer: word for layer, word in _LAYERS.items() if layer in sheets},
         ramps=ramps,
@@ -169,9 +184,18 @@ def _json_in_html(value: Any) -> str:
     return text.replace("<", "\\u003c")
 
 
-def _frames(atlas: AtlasFile, animation: Animation) -> list[Region]:
+def _played(atlas: AtlasFile) -> list[tuple[Animation, list[Region]]]:
+    """Return the animations that the page plays, and their frames: those of the atlas and, if its
+    fire vanishes, one that shows nothing."""
     regions = {region.name: region for region in atlas.frames}
-    return [regions[name] for name in animation.frames]
+    played = [
+        (animation, [regions[name] for name in animation.frames])
+        for animation in atlas.sheet.animations
+    ]
+    if vanishes(atlas.sheet):
+        nothing = nothing_of(played[0][1][0])
+        played.append((Animation(OUT, (nothing.name,), loop=False), [nothing]))
+    return played
 
 
 def _more(
@@ -185,6 +209,7 @@ def _more(
         "ramps": bool(sheet.heat or sheet.states or len(views or sheet.animations) > 1),
         "views": bool(views or sheet.states),
         "wind": bool(sheet.states or views),
+        "phases": not sheet.animations[0].loop or len(sheet.animations) > 1,
         "field": bool(field.marks),
     }
     return more_than(sheet, [name for name, is_had in had.items() if is_had])
@@ -204,7 +229,7 @@ def _data(
         "scale": atlas.sheet.scale,
         "hasCells": atlas.sheet.grid is not None,
         "motion": motion and _vectors(motion),
-        "states": _states(atlas.sheet),
+        "states": graph_data(atlas.sheet),
         "sheets": list(sheets),
         "pages": [
             {
@@ -217,43 +242,10 @@ def _data(
         ],
         "animations": [
             {
-                **_animation_data(
-                    animation,
-                    _frames(atlas, animation),
-                    tracks.get(animation.name),
-                    atlas.sheet.cells,
-                ),
+                **_animation_data(animation, frames, tracks.get(animation.name), atlas.sheet.cells),
                 **more,
             }
-            for animation, more in zip(atlas.sheet.animations, of_animations, strict=True)
-        ],
-    }
-
-
-def _levels(sheet: AtlasSheet) -> list[str]:
-    """Return the winds among which the page chooses; none for fire that does not answer it."""
-    states = sheet.states.states if sheet.states else ()
-    return [f"{state.wind:g}" for state in states if state.wind is not None]
-
-
-def _states(sheet: AtlasSheet) -> dict[str, Any] | None:
-    """Return the graph of states, in which an animation is its number."""
-    if sheet.states is None or not sheet.states.winds:
-        return None
-    number = {animation.name: i for i, animation in enumerate(sheet.animations)}
-    return {
-        "levels": _levels(sheet),
-        "loops": [
-            number[state.animation] for state in sheet.states.states if state.wind is not None
-        ],
-        "transitions": [
-            {
-                "from": number[transition.before],
-                "frame": transition.frame,
-                "to": number[transition.after],
-                "entry": transition.entry,
-            }
-            for transition in sheet.states.transitions
+            for (animation, frames), more in zip(_played(atlas), of_animations, strict=True)
         ],
     }
 
@@ -331,9 +323,11 @@ def _animation_text(
     plays = "in a loop" if animation.loop else "once"
     sizes = f"{span(f.frame_width for f in frames)} × {span(f.frame_height for f in frames)} px"
     rate = f"{len(frames) / seconds:.4g} fps" if seconds else "no time"
+    text = f"{len(frames)} frames · {rate} · {seconds:.2f} s {plays} · {sizes}"
+    is_empty = all(frame.width == 0 for frame in frames)
     return {
         "name": animation.name,
-        "text": f"{len(frames)} frames · {rate} · {seconds:.2f} s {plays} · {sizes}",
+        "text": "nothing is drawn" if is_empty else text,
         "figures": {title: _figures(known) for title, known in figures.items() if known},
         "rows": _rows(tracks) if tracks else "",
     }

@@ -14,8 +14,8 @@ function seek(position) {
   say($("scrub").getAttribute("aria-valuetext"));
 }
 
-/** The whole number before or after `at`. */
-const neighbour = (at, way) => (way < 0 ? Math.ceil(at) - 1 : Math.floor(at) + 1);
+/** The whole number before or after `at`, which may be off by a rounding. */
+const neighbour = (at, way) => (way < 0 ? Math.ceil(at - 1e-6) - 1 : Math.floor(at + 1e-6) + 1);
 const step = (way) => move(neighbour(isFluid() ? film.position : film.index, way));
 const halfStep = (way) => move(neighbour(2 * film.position, way) / 2);
 
@@ -24,7 +24,7 @@ function move(position) {
   const way = wayOn();
   const end = way?.frame + 1;
   if (!way || film.position >= end || position < end) {
-    seek(position);
+    seek(film.rests && !way ? Math.min(position, film.count - 1) : position);
     return;
   }
   film.pause();
@@ -66,7 +66,7 @@ function show(index) {
 function select(index) {
   show(index);
   before = null;
-  tellWindOf(index);
+  wantPlaceOf(index);
   refresh();
 }
 
@@ -185,6 +185,7 @@ const KEYS = {
   a: () => change("field"),
   b: () => next("backdrop"),
   d: () => next("seam"),
+  e: putOutOrLight,
   f: () => change("flakes"),
   l: () => change("layer"),
   m: () => change("between"),

@@ -1,7 +1,9 @@
 /** Which frame of an animation is shown when. Times in ms, positions in frames. */
 class Film {
-  constructor(animation) {
+  /** `rests`: whether it stays at its end while it plays on, like a fire that is out. */
+  constructor(animation, rests) {
     this.animation = animation;
+    this.rests = rests;
     this.count = animation.frames.length;
     this.repeat = animation.loop;
     this.playing = false;
@@ -58,7 +60,7 @@ class Film {
 
   /** Play, from the beginning if this is over and nothing goes on from here. */
   play(goesOn) {
-    if (this.index === this.count - 1 && !this.repeat && !goesOn) this.time = 0;
+    if (this.index === this.count - 1 && !this.repeat && !this.rests && !goesOn) this.time = 0;
     this.playing = true;
   }
 
@@ -73,7 +75,7 @@ class Film {
     return this.repeat ? this.duration - this.time + end : Infinity;
   }
 
-  /** Let `elapsed` ms of the viewer's time go by. An animation that plays once stops at its end. */
+  /** Let `elapsed` ms of the viewer's time go by. An animation that plays once stays at its end. */
   advance(elapsed) {
     if (!this.playing) return;
     this.time += elapsed * this.speed;
@@ -83,7 +85,7 @@ class Film {
       this.time %= this.duration;
     } else {
       this.seek(this.count - 1);
-      this.playing = false;
+      this.playing = this.rests;
     }
   }
 }

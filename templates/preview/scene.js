@@ -4,7 +4,8 @@
  * A box of the canvas shows it from a little above: floor and wall are a stage's height (`unit`) times
  * DEPTH apart. The fire is a small lamp over the floor, where its light track has it or where its
  * frames are brightest; light falls off with the square of the distance, and with the cosine of its
- * angle. Its light is 1 in the mean of the animation, so that any fire lights the room.
+ * angle. Its light is 1 in the mean of the animation, or of the first loop of a fire that changes, so
+ * that any fire lights the room.
  */
 class Scene {
   static PERSON = 1.6; // height of the person, of the stage's

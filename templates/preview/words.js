@@ -18,13 +18,8 @@ function tell() {
   $("scrub").setAttribute("aria-valuetext", place);
   const longest = Number($("scrub").max);
   $("scrub").style.setProperty("--done", longest ? Number($("scrub").value) / longest : 1);
-  if (data.states) {
-    const { levels } = data.states;
-    const level = Number($("wind").value);
-    $("level").textContent = levels[level];
-    $("wind").setAttribute("aria-valuetext", levels[level]);
-    $("wind").style.setProperty("--done", level / (levels.length - 1));
-  }
+  tellWanted();
+  graphPicture?.mark();
   const name = isTogether ? `${animation.views.length} views side by side` : animation.name;
   const withFlakes = animation.flakes && chosen("flakes") !== "off";
   $("caption").textContent = {

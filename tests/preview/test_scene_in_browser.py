@@ -193,7 +193,7 @@ def test_the_scene_fills_the_window_and_is_behind_every_view(
         (lambda text: "{}", "fire.light.json: is not a file of light that fire-atlas wrote"),
         (lambda text: text.replace('"r": ', '"r": -'), "build the recipe again"),
         (
-            lambda text: json.dumps({"frames": json.loads(text)["frames"][1:]}),
+            lambda text: json.dumps(json.loads(text) | {"frames": json.loads(text)["frames"][1:]}),
             "has the light of 5 frames, but fire has 6",
         ),
     ],

@@ -8,11 +8,19 @@ import pytest
 
 from fire_atlas.cli import main
 from fire_atlas.preview.blend import blend
-from fire_atlas.preview.cut_frames import cut_frames
 from tests.preview.browser import Browser, assert_quiet, picture, previewed, watch
-from tests.support.wind import LEVELS, SILK, Place, Walker, recipe_in
+from tests.support.graph import Place
+from tests.support.wind import LEVELS, SILK, Walker, recipe_in
 
 LOOK = ("look",)
+GRAPH = (
+    "run",
+    """[
+  document.getElementById("graph").getAttribute("aria-label"),
+  document.querySelector("#graph .wanted").textContent.trim(),
+  document.querySelectorAll("#graph .now").length,
+]""",
+)
 SHOWN = "document.getElementById('caption').textContent.split(' ')[0]"
 
 
@@ -49,23 +57,24 @@ def test_twenty_random_moves_of_the_slider_show_what_a_game_shows(
     for level, count in moves:
         step = f"(document.getElementById('on').click(), {SHOWN})"
         walk = f"Array.from({{length: {count}}}, () => {step})"
-        steps += [*set_wind(int(level)), ("run", walk), ("pixels", "#picture"), LOOK]
+        steps += [*set_wind(int(level)), ("run", walk), ("pixels", "#picture"), LOOK, GRAPH]
     seen = browser.visit(page, *steps)
     assert_quiet(seen, page)
     results = [each for each in seen.results if each is not None]
-    pixels = dict(zip(walker.frames, cut_frames(walker.atlas), strict=True))
     now, visited = ("wind_0", 0), set[str]()
     for i, (level, count) in enumerate(moves):
-        frames, drawn, look = results[3 * i : 3 * i + 3]
+        frames, drawn, look, graph = results[4 * i : 4 * i + 4]
         wanted = []
         for _ in range(count):
             now = walker.after(now, int(level))
             wanted.append(now)
             visited.add(now[0])
         assert [place_of(frame) for frame in frames] == wanted
-        expected = blend(pixels[now], (16, 16, 20), "straight", "srgb")
+        expected = blend(walker.cuts[now], (16, 16, 20), "straight", "srgb")
         assert np.abs(picture(drawn)[..., :3].astype(int) - expected).max() <= 2
         assert look["label"] == f"{now[0]}, frame {now[1] + 1} of {walker.count(now[0])}"
+        winds = [str(LEVELS[int(number)]) for number in now[0].split("_")[1:]]
+        assert graph == [f"0, 2, 5; now: {' to '.join(winds)}", str(LEVELS[level]), 1]
     assert visited == {state.animation for state in walker.graph.states}
 
 
@@ -100,11 +109,10 @@ def test_frames_pass_into_the_next_animation_where_the_fire_goes_on_there(
     )  # fmt: skip
     assert_quiet(seen, page)
     drawn, half, entered = seen.results[-3:]
-    pixels = dict(zip(walker.frames, cut_frames(walker.atlas), strict=True))
     leaving, entry = ("wind_0", way.frame), (way.after, way.entry)
     weighed = []
     for place in (leaving, entry):
-        pixel = pixels[place].astype(float) / 255
+        pixel = walker.cuts[place].astype(float) / 255
         weighed.append(np.dstack([pixel[..., :3] * pixel[..., 3:], pixel[..., 3:]]))
     mixed = (weighed[0] + weighed[1]) / 2
     ground = np.array([16, 16, 20]) / 255

@@ -2,19 +2,14 @@
 
 import json
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.atlas.sheet import StateGraph
 from fire_atlas.core.pixels import Pixels
-from fire_atlas.formats.atlas.texture_packer import AtlasFile, read_atlas
-from fire_atlas.preview.blend import as_seen
-from fire_atlas.preview.cut_frames import cut_frames
-from fire_atlas.vision.thumbnails import distance
+from tests.support.graph import GraphWalker, Place
 
 LEVELS = [0, 2, 5]
 
@@ -28,42 +23,14 @@ SILK: dict[str, Any] = {
 }  # fmt: skip
 """A recipe that takes a few seconds to build."""
 
-Place = tuple[str, int]
-"""An animation and the number of a frame in it."""
-
 
 @dataclass(frozen=True)
-class Walker:
-    """The frames of a finished build, and what leads from one to the next."""
-
-    atlas: AtlasFile
-
-    @classmethod
-    def of(cls, json_file: Path) -> "Walker":
-        return cls(read_atlas(json_file))
-
-    @property
-    def graph(self) -> StateGraph:
-        assert self.atlas.sheet.states is not None
-        return self.atlas.sheet.states
+class Walker(GraphWalker):
+    """A fire in several winds."""
 
     @property
     def loops(self) -> list[str]:
         return [state.animation for state in self.graph.states if state.wind is not None]
-
-    @cached_property
-    def frames(self) -> dict[Place, Pixels]:
-        """All frames, in linear light."""
-        sheet = self.atlas.sheet
-        places = [(each.name, i) for each in sheet.animations for i in range(len(each.frames))]
-        seen = (as_seen(cut, sheet.alpha, sheet.blend_space) for cut in cut_frames(self.atlas))
-        return dict(zip(places, seen, strict=True))
-
-    def count(self, animation: str) -> int:
-        return sum(name == animation for name, _ in self.frames)
-
-    def step(self, one: Place, other: Place) -> float:
-        return distance(self.frames[one], self.frames[other])
 
     def steps_of(self, loop: str) -> list[float]:
         count = self.count(loop)

@@ -28,13 +28,14 @@ _FURTHEST = 1e6
 """Limits on what is read: of light, and of places in px."""
 
 
-def write_light(name: str, light: ClipLight) -> OutputFile:
+def write_light(name: str, light: ClipLight, reference: ClipLight | None = None) -> OutputFile:
     """Return ``name.light.json``: brightness, colour, place and size of the light of each frame.
 
     Measured in linear light before flakes are clipped to 1; where the footage has an opaque
     background, only the light of the flame and of the flakes that are drawn counts.
 
-    - ``intensity``: relative to the mean of the animation, 1. Multiply a lamp's energy by it.
+    - ``intensity``: relative to the mean of the animation, 1; of a fire that changes in a game to
+      that of its first loop, ``reference``. Multiply a lamp's energy by it.
     - ``r g b``: linear colour, scaled so that its brightest channel is 1. intensity · (r, g, b) is
       proportional to the light of the frame.
     - ``x y``: centre of luminance, source px. ``radius``: root mean square distance of the light
@@ -47,7 +48,7 @@ def write_light(name: str, light: ClipLight) -> OutputFile:
     mean = _mean(light)
     rows = [
         {"i": i, **_rounded({"t": i / light.fps, **frame})}
-        for i, frame in enumerate(light_of_frames(light))
+        for i, frame in enumerate(light_of_frames(light, reference))
     ]
     head = {
         "format": "fire-atlas/light",
@@ -95,11 +96,11 @@ def read_light(path: Path) -> list[dict[str, float]] | None:
     if not path.exists():
         return None
     try:
-        frames = json.loads(read_file(path, MAX_JSON_BYTES))["frames"]
+        document = json.loads(read_file(path, MAX_JSON_BYTES))
         return [
             {key: number(frame[key], 0, high) for key, high in _HIGHEST.items()}
             | {key: number(frame[key], -_FURTHEST, _FURTHEST) for key in "xy"}
-            for frame in frames
+            for frame in document["frames"]
         ]
     except OSError as error:
         raise SourceError(f"{path}: the light cannot be read ({error.strerror})") from None

@@ -82,10 +82,12 @@ def track_files(formats: Sequence[TrackName], product: Product) -> Iterator[Outp
         for name in formats:
             if name != "light":
                 yield TRACKS[name].write(product.stem(animation), tracks)
+    states = product.sheets[0].states
     for animation, light in product.lights.items():
         from fire_atlas.formats.tracks.light import write_light
 
-        yield write_light(product.stem(animation), light)
+        loop = None if states is None else product.lights[states.states[0].animation]
+        yield write_light(product.stem(animation), light, loop)
 
 
 def _files_of(
