@@ -15,7 +15,10 @@ from fire_atlas.core.workers import Workers
 from fire_atlas.generators.profile.calibration import calibrate
 from fire_atlas.generators.profile.fire import learn_profile
 from fire_atlas.generators.profile.flame_region import largest_flame
-from fire_atlas.generators.profile.generate.generated_fire import ProfileFireSettings
+from fire_atlas.generators.profile.generate.generated_fire import (
+    GeneratedFire,
+    ProfileFireSettings,
+)
 from fire_atlas.generators.profile.generate.rendering import renderings
 from fire_atlas.generators.profile.learn.features import FireMask, feature_points, flame_lean
 from fire_atlas.generators.profile.learn.learn import colour_table
@@ -106,18 +109,37 @@ def settings(
     return ProfileFireSettings(generation, slices, particles, detail)
 
 
+def fire_of(profile: Profile, wanted: ProfileFireSettings) -> GeneratedFire:
+    """Generate fire, to be seen by any number of cameras."""
+    with Workers(2) as workers:
+        return calibrate(profile, wanted, workers)
+
+
+def seen(
+    fire: GeneratedFire,
+    azimuths: Sequence[float] = (0.0,),
+    height: int | None = None,
+    elevation: float = 0.0,
+) -> list[Clip]:
+    """Return a clip of a fire from each azimuth."""
+    views = renderings(fire, azimuths, elevation, height)
+    return [rendered_clip(view, fire.settings, "srgb", ()) for view in views]
+
+
 def generated(
     profile: Profile,
     wanted: ProfileFireSettings,
     azimuths: Sequence[float] = (0.0,),
     height: int | None = None,
-    elevation: float = 0.0,
 ) -> list[Clip]:
     """Generate fire, and return a clip of it from each azimuth."""
-    with Workers(2) as workers:
-        fire = calibrate(profile, wanted, workers)
-    seen = renderings(fire, azimuths, elevation, height)
-    return [rendered_clip(each, wanted.generation, "srgb", ()) for each in seen]
+    return seen(fire_of(profile, wanted), azimuths, height)
+
+
+@cache
+def learnt_narrow_and_wide() -> Profile:
+    """Learn the profile of a flame that is 28 px wide from the front, and 60 px from its side."""
+    return learnt(swaying(half=14.0)[0], swaying(half=30.0)[0])
 
 
 def look_at_clip(clip: Clip, cells: int = 5) -> Look:
