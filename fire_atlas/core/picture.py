@@ -154,10 +154,11 @@ def brightest(picture: Picture) -> Picture:
 
 def brightest_shown(picture: Picture) -> Plane:
     """Return the largest of R, G, B of each pixel as seen over black, sRGB in 0..1, (H, W)."""
-    coverage = picture[..., 3]
+    coverage, peak = picture[..., 3], brightest(picture)
     if picture.dtype == np.float32:
-        return as_plane(encode_unit(as_plane(brightest(unpremultiply(picture)))) * coverage)
-    peak = brightest(picture)
+        straight = np.zeros_like(peak)
+        np.divide(peak, coverage, out=straight, where=coverage > 0)
+        return as_plane(encode_unit(as_plane(straight)) * coverage)
     return as_plane(
         cv2.multiply(peak, coverage, scale=white(picture.dtype) ** -2, dtype=cv2.CV_32F)
     )

@@ -172,8 +172,11 @@ def premultiply(colour: NDArray[np.float32], alpha: Plane) -> Pixels:
 
 def unpremultiply(pixels: Pixels) -> NDArray[np.float32]:
     """Return the straight linear colour (H, W, 3) of pixels; black where alpha is 0."""
-    alpha = pixels[..., 3:]
-    return np.divide(pixels[..., :3], alpha, out=np.zeros_like(pixels[..., :3]), where=alpha > 0)
+    alpha = np.ascontiguousarray(pixels[..., 3])
+    covered, colour = alpha > 0, np.zeros((*alpha.shape, 3), np.float32)
+    for channel in range(3):  # numpy is slow along a short axis
+        np.divide(pixels[..., channel], alpha, out=colour[..., channel], where=covered)
+    return colour
 
 
 def light_added(pixels: Pixels, blend_space: str) -> NDArray[np.float32]:

@@ -3,10 +3,13 @@
 ``tools/bench/motion.py`` prints the figures behind these bounds.
 """
 
+from functools import lru_cache
+
 import pytest
 
 from fire_atlas.effect.flakes.statistics import flake_figures
 from tests.support.clip_motion import (
+    Flow,
     correlation,
     crowding,
     dis_flow,
@@ -35,20 +38,32 @@ flame, and those that one eddy moves stay together.
 """
 
 RISING_CLIPS = [*RISING_SAMPLES, *map(real, RISING)]
+OTHER_CLIPS = [
+    *(name for name in SAMPLES if name not in RISING_SAMPLES),
+    *(real(name) for name in ALL_CLIPS if name not in RISING),
+]
+of_rising_clips = pytest.mark.parametrize("name", RISING_CLIPS, scope="module")
+of_all_clips = pytest.mark.parametrize("name", [*RISING_CLIPS, *OTHER_CLIPS], scope="module")
+"""In the scope of the module pytest runs all tests of a clip one after another, so that each clip
+is read once. For this, clips that both lists have must be at the same places of both."""
 
 
-@pytest.fixture(scope="module", params=RISING_CLIPS)
-def long_run(request: pytest.FixtureRequest) -> tuple[str, EffectRun]:
-    """Name of a clip, and embers over it for a while."""
+@pytest.fixture(scope="module")
+def long_run(name: str) -> EffectRun:
+    """Embers over a clip for a while."""
     # Sparks of bursts leave from one point.
     keys = {"flakes": {"rate": 200, "bursts": 0}, "timeline": {"loop": "none"}}
-    return request.param, run_effect(looped(open_clip(request.param), 5.0), keys)
+    return run_effect(looped(open_clip(name), 5.0), keys)
 
 
-@pytest.mark.parametrize("name", RISING_CLIPS)
+@lru_cache(maxsize=1)
+def _flows(name: str) -> list[Flow]:
+    return flows_of(open_clip(name), dis_flow)
+
+
+@of_rising_clips
 def test_embers_follow_the_flow_of_the_flame(name: str) -> None:
-    clip = open_clip(name)
-    flows = flows_of(clip, dis_flow)
+    clip, flows = open_clip(name), _flows(name)
     # What is cut has no frames to compare with.
     loop = "none" if name in CUT else "auto"
     effect = run_effect(clip, {"flakes": {"scatter": 1, "rate": MANY}, "timeline": {"loop": loop}})
@@ -64,32 +79,32 @@ def test_embers_follow_the_flow_of_the_flame(name: str) -> None:
 def test_embers_follow_the_flow_by_other_methods(name: str) -> None:
     """On small clips; the others take minutes, in ``tools/bench/motion.py``."""
     clip = open_clip(name)
-    flows, others = flows_of(clip, dis_flow), flows_of(clip, other_flow)
+    others = flows_of(clip, other_flow)
     keys = {"flakes": {"scatter": 1, "rate": MANY}, "timeline": {"loop": "none"}}
-    places = in_the_flame(run_effect(clip, keys), flows, others)
+    places = in_the_flame(run_effect(clip, keys), _flows(name), others)
     x, y = correlation(places.flakes, places.other)
     assert x >= 0.75 and y >= 0.6, f"{x:.2f} {y:.2f} at {len(places.flow)} places"
 
 
-@pytest.mark.parametrize("name", [*SAMPLES, *map(real, ALL_CLIPS)])
+@of_all_clips
 def test_no_clip_is_without_flakes(name: str) -> None:
     assert len(run_effect(open_clip(name)).tracks.spawns) > 0
 
 
-def test_nearly_all_embers_end_higher_than_they_began(long_run: tuple[str, EffectRun]) -> None:
-    assert share_that_rises(long_run[1]) >= 0.95
+@of_rising_clips
+def test_nearly_all_embers_end_higher_than_they_began(long_run: EffectRun) -> None:
+    assert share_that_rises(long_run) >= 0.95
 
 
-def test_flakes_do_not_pile_up_above_the_flame(long_run: tuple[str, EffectRun]) -> None:
-    name, effect = long_run
-    part, cell = crowding(effect)
+@of_rising_clips
+def test_flakes_do_not_pile_up_above_the_flame(name: str, long_run: EffectRun) -> None:
+    part, cell = crowding(long_run)
     assert part <= 4.5
     assert cell <= MOST_IN_A_CELL.get(name, 5.0)
 
 
-def test_most_flakes_leave_by_the_top_or_the_sides_or_burn_out(
-    long_run: tuple[str, EffectRun],
-) -> None:
-    fates = {f.name: f.value for f in flake_figures(long_run[1].tracks)}
+@of_rising_clips
+def test_most_flakes_leave_by_the_top_or_the_sides_or_burn_out(long_run: EffectRun) -> None:
+    fates = {f.name: f.value for f in flake_figures(long_run.tracks)}
     assert fates["left by the top"] + fates["left by the sides"] + fates["burnt out"] > 0.5
     assert fates["fell out of the bottom"] < 0.5

@@ -10,12 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Clip
+from fire_atlas.core.picture import brightest
 from fire_atlas.core.pixels import Pixels, luminance
 from fire_atlas.core.workers import Workers
 from fire_atlas.generators.profile.calibration import calibrate
 from fire_atlas.generators.profile.fire import learn_profile
 from fire_atlas.generators.profile.flame_region import largest_flame
-from fire_atlas.generators.profile.generate.generated_fire import ProfileFireSettings
+from fire_atlas.generators.profile.generate.generated_fire import (
+    GeneratedFire,
+    ProfileFireSettings,
+)
 from fire_atlas.generators.profile.generate.rendering import renderings
 from fire_atlas.generators.profile.learn.features import FireMask, feature_points, flame_lean
 from fire_atlas.generators.profile.learn.learn import colour_table
@@ -106,18 +110,37 @@ def settings(
     return ProfileFireSettings(generation, slices, particles, detail)
 
 
+def fire_of(profile: Profile, wanted: ProfileFireSettings) -> GeneratedFire:
+    """Generate fire, to be seen by any number of cameras."""
+    with Workers(2) as workers:
+        return calibrate(profile, wanted, workers)
+
+
+def seen(
+    fire: GeneratedFire,
+    azimuths: Sequence[float] = (0.0,),
+    height: int | None = None,
+    elevation: float = 0.0,
+) -> list[Clip]:
+    """Return a clip of a fire from each azimuth."""
+    views = renderings(fire, azimuths, elevation, height)
+    return [rendered_clip(view, fire.settings, "srgb", ()) for view in views]
+
+
 def generated(
     profile: Profile,
     wanted: ProfileFireSettings,
     azimuths: Sequence[float] = (0.0,),
     height: int | None = None,
-    elevation: float = 0.0,
 ) -> list[Clip]:
     """Generate fire, and return a clip of it from each azimuth."""
-    with Workers(2) as workers:
-        fire = calibrate(profile, wanted, workers)
-    seen = renderings(fire, azimuths, elevation, height)
-    return [rendered_clip(each, wanted.generation, "srgb", ()) for each in seen]
+    return seen(fire_of(profile, wanted), azimuths, height)
+
+
+@cache
+def learnt_narrow_and_wide() -> Profile:
+    """Learn the profile of a flame that is 28 px wide from the front, and 60 px from its side."""
+    return learnt(swaying(half=14.0)[0], swaying(half=30.0)[0])
 
 
 def look_at_clip(clip: Clip, cells: int = 5) -> Look:
@@ -184,14 +207,18 @@ def _edge(alpha: Array) -> Array:
     return np.asarray(first - (inside - 0.5) / (inside - outside), np.float64)
 
 
-def nearest_input(frame: Pixels, inputs: Sequence[Pixels]) -> float:
-    """Least difference of a frame from any of ``inputs``, whose flames are laid over its own, as a
-    share of the frame's light."""
+def nearest_input(frames: Sequence[Pixels], inputs: Sequence[Pixels]) -> float:
+    """Least difference of any of ``frames`` from any of ``inputs``, whose flames are laid over its
+    own, as a share of the frame's light."""
+    others = [_lit_part(frame) for frame in inputs]
+    return min(_least_difference(_lit_part(frame), others) for frame in frames)
+
+
+def _least_difference(lit: Pixels, others: Sequence[Pixels]) -> float:
     best = np.inf
-    lit = _lit_part(frame)
     # A flame that is moved further than half its size is hardly over the other any more.
     y, x = (length // 2 for length in lit.shape[:2])
-    for other in map(_lit_part, inputs):
+    for other in others:
         more_y, more_x = (max(lit.shape[axis] - other.shape[axis], 0) for axis in (0, 1))
         room = cv2.copyMakeBorder(other, y, y + more_y, x, x + more_x, cv2.BORDER_CONSTANT)
         found = cv2.matchTemplate(room, lit, cv2.TM_SQDIFF).min()
@@ -201,7 +228,7 @@ def nearest_input(frame: Pixels, inputs: Sequence[Pixels]) -> float:
 
 def _lit_part(frame: Pixels) -> Pixels:
     """The colours of what is lit in a frame, of the box around it."""
-    lit = frame[..., :3].max(axis=-1) > 1e-3
+    lit = brightest(frame) > 1e-3
     rows, columns = np.flatnonzero(lit.any(axis=1)), np.flatnonzero(lit.any(axis=0))
     part = frame[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1, :3]
     return np.ascontiguousarray(part)

@@ -70,7 +70,7 @@ def figures(seen: Look, made: Look) -> dict[str, float]:
         "largest": float(made.steps.max() / np.quantile(seen.steps, 0.99)),
         "median": float(np.median(made.steps) / np.median(seen.steps)),
         "detail": _detail(made) / _detail(seen),
-        "new": min(nearest_input(frame, seen.frames) for frame in made.frames[:: FRAMES // 6]),
+        "new": nearest_input(made.frames[:: FRAMES // 6], seen.frames),
     }
 
 

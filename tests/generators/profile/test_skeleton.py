@@ -20,7 +20,6 @@ from fire_atlas.generators.profile.model import (
 )
 from fire_atlas.recipe.wind import Wind
 from tests.generators.profile.colour_difference import delta_e, lab_of
-from tests.generators.profile.flames import swaying
 from tests.support.clips import open_clip, real
 from tests.support.likeness import (
     Array,
@@ -28,6 +27,7 @@ from tests.support.likeness import (
     learnt,
     learnt_from,
     learnt_kite,
+    learnt_narrow_and_wide,
     look_at_fire,
     settings,
 )
@@ -239,9 +239,7 @@ def test_a_table_of_more_cells_is_another_picture(detail: float) -> None:
 
 
 def test_two_clips_at_a_right_angle_give_two_views() -> None:
-    narrow, wide = swaying(half=14.0)[0], swaying(half=30.0)[0]
-    profile = learnt(narrow, wide)
-    front, side = generated(profile, settings(8, detail=0.0), [0.0, 90.0])
+    front, side = generated(learnt_narrow_and_wide(), settings(8, detail=0.0), [0.0, 90.0])
     widths = [look_at_fire(clip, 60.0).width for clip in (front, side)]
     assert widths[1] > 1.6 * widths[0]
 

@@ -8,7 +8,9 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.camera import Camera
 from fire_atlas.generators.settings import GenerationSettings
-from fire_atlas.generators.silk.renderer import SilkRenderer, silk_camera
+from fire_atlas.generators.silk.renderer import SilkRenderer, planned_scene, silk_camera
+from fire_atlas.generators.silk.scene import SilkScene
+from fire_atlas.generators.silk.simulation import Recording, simulate
 from fire_atlas.recipe.silk import SilkSource
 from fire_atlas.recipe.source import Views
 from fire_atlas.recipe.wind import Wind
@@ -33,6 +35,21 @@ def fire(
 ) -> SilkRenderer:
     blown = Wind.model_validate(wind or {})
     return silk_fire(source(**keys), settings(frames, loops, blown))
+
+
+def planned(
+    frames: int = 24, loops: bool = True, wind: dict[str, Any] | None = None, **keys: Any
+) -> SilkScene:
+    """Return the scene that ``fire`` simulates."""
+    blown = Wind.model_validate(wind or {})
+    return planned_scene(source(**keys), settings(frames, loops, blown))
+
+
+def recorded(
+    frames: int = 24, loops: bool = True, wind: dict[str, Any] | None = None, **keys: Any
+) -> Recording:
+    """Return the sheets of ``fire`` alone, without the images on them, which take as long."""
+    return simulate(planned(frames, loops, wind, **keys), frames, loops)
 
 
 @cache

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.generators.silk.controls import Controls
 from fire_atlas.generators.silk.sheet_textures import SheetTextures
-from tests.generators.silk.small_fires import camera, fire, source
+from fire_atlas.generators.silk.simulation import Recording
+from tests.generators.silk.small_fires import camera, fire, recorded, source
 
 UP_AND_DOWN = {"keyframes": [{"t": 0, "value": 1}, {"t": 0.5, "value": 3}, {"t": 1, "value": 1}]}
 
@@ -36,14 +37,14 @@ def test_a_key_that_changes_begins_as_at_its_first_value(key: str) -> None:
     frames = 48
     keyframes: list[dict[str, Any]] = [{"t": 0, "value": 0.6}, {"t": 0.4, "value": 2}]
     keys: tuple[dict[str, Any], ...] = ({key: {"keyframes": keyframes}}, {key: 0.6}, {key: 2.0})
-    changing, before, after = (fire(frames, loops=False, **each) for each in keys)
-    assert np.abs(changing.recording.x[0] - before.recording.x[0]).max() < 0.01
+    changing, before, after = (recorded(frames, loops=False, **each) for each in keys)
+    assert np.abs(changing.x[0] - before.x[0]).max() < 0.01
 
-    def height(made: Any) -> NDArray[np.float64]:
-        return np.asarray(made.recording.x[..., -1, :, 2].mean(axis=(1, 2)), np.float64)
+    def height(made: Recording) -> NDArray[np.float64]:
+        return np.asarray(made.x[..., -1, :, 2].mean(axis=(1, 2)), np.float64)
 
-    def pace(made: Any) -> NDArray[np.float64]:
-        return np.asarray(made.recording.rate.mean(axis=1), np.float64)
+    def pace(made: Recording) -> NDArray[np.float64]:
+        return np.asarray(made.rate.mean(axis=1), np.float64)
 
     figure = pace if key in ("oxygen", "turbulence") else height
     low, high, found = (figure(made)[30:].mean() for made in (before, after, changing))
@@ -96,7 +97,7 @@ def test_a_loop_in_which_a_key_would_jump_is_refused_with_the_way_out(key: str) 
     keys: dict[str, Any] = {key: ramp(1, 2)}
     with pytest.raises(RecipeError, match=message):
         fire(24, **keys)
-    assert len(fire(4, loops=False, **keys).recording.x) == 4
+    assert len(recorded(4, loops=False, **keys).x) == 4
 
 
 @pytest.mark.parametrize(

@@ -31,10 +31,9 @@ class EvenTextures(SheetTextures):
 
 def shaped(points: NDArray[np.float64]) -> SilkRenderer:
     """A fire whose one sheet (rows, columns, 3) is where the points are, in heights."""
-    rows, columns = points.shape[:2]
-    made = fire(2, rows=rows, columns=columns, sheets={"count": 1})
-    x = np.broadcast_to(points.astype(np.float32), made.recording.x.shape)
-    recording = replace(made.recording, x=x)
+    made = fire(2, rows=4, columns=4, sheets={"count": 1})  # of any mesh, as it is replaced
+    x = np.broadcast_to(points.astype(np.float32), (*made.recording.x.shape[:2], *points.shape))
+    recording = replace(made.recording, x=x, v=np.zeros_like(x))
     known = {name: getattr(made.textures, name) for name in SheetTextures.__slots__}
     return replace(made, recording=recording, textures=EvenTextures(**known))
 

@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from fire_atlas.generators.silk.renderer import SilkRenderer
-from tests.generators.silk.small_fires import camera, fire
+from tests.generators.silk.small_fires import camera, fire, planned
 
 CANDLE: dict[str, Any] = {
     "fuel": "candle", "sheets": {"arrangement": "crossed", "count": 5, "width": 0.4, "height": 0.9},
@@ -80,8 +80,8 @@ def test_what_ignites_carries_its_fire_away(shape: str) -> None:
 def test_only_a_match_ignites_by_itself() -> None:
     for shape, sheets in (("sphere", 3), ("log", 3), ("wick", 3), ("match", 6)):
         body = {"shape": shape, "at": [0, 0, 0.2]}
-        made = fire(2, loops=False, intruders=[body], sheets={"count": 3})
-        assert made.scene.model.sheets == sheets, shape
+        scene = planned(2, loops=False, intruders=[body], sheets={"count": 3})
+        assert scene.model.sheets == sheets, shape
 
 
 def test_wax_does_not_ignite() -> None:

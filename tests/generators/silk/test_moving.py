@@ -19,7 +19,15 @@ from fire_atlas.recipe.silk import SilkSource
 from fire_atlas.recipe.tree import read_tree
 from fire_atlas.recipe.wind import Wind
 from fire_atlas.sources.matte import luminance_of_light
-from tests.generators.silk.small_fires import camera, fire, lean, settings, source, spearman
+from tests.generators.silk.small_fires import (
+    camera,
+    fire,
+    lean,
+    recorded,
+    settings,
+    source,
+    spearman,
+)
 from tests.support.silk_fires import silk_fire
 
 
@@ -68,8 +76,7 @@ def test_a_jet_blows_where_it_is_directed_and_bends_up_where_it_is_slow(
     direction: list[float],
 ) -> None:
     jet = {"arrangement": "jet", "direction": direction, "count": 4, "width": 0.1, "height": 0.8}
-    made = fire(12, sheets=jet)
-    x = made.recording.x.astype(np.float64).mean(axis=(0, 1, 3))  # a row after another
+    x = recorded(12, sheets=jet).x.astype(np.float64).mean(axis=(0, 1, 3))  # a row after another
     way = np.array(direction) / np.linalg.norm(direction)
     along = (x - x[0]) @ way
     assert (np.diff(along[: len(along) // 2]) > 0).all() and along.max() > 0.4
@@ -150,10 +157,12 @@ def test_a_stronger_wind_leans_the_flame_further_where_it_blows() -> None:
     angles = [float(lean(blown(level).recording.x).mean()) for level in LEVELS]
     assert np.diff(angles).min() > 0
     assert 10 < angles[-1] < 60
-    left = fire(8, loops=False, wind={"level": 3.0, "direction": "left"})
-    away = fire(8, loops=False, wind={"level": 3.0, "direction": 90.0})
-    assert lean(left.recording.x).mean() < -8
-    y = (away.recording.x[:, :, -1] - away.recording.x[:, :, 0]).mean(axis=(0, 1, 2))[1]
+    left, away = (
+        recorded(8, loops=False, wind={"level": 3.0, "direction": direction}).x
+        for direction in ("left", 90.0)
+    )
+    assert lean(left).mean() < -8
+    y = (away[:, :, -1] - away[:, :, 0]).mean(axis=(0, 1, 2))[1]
     assert y > 0.1
 
 
@@ -161,9 +170,7 @@ def test_a_stronger_wind_leans_the_flame_further_where_it_blows() -> None:
 @pytest.mark.parametrize(("key", "less", "more"), [("lift", 0.5, 2.0), ("pressure", 0.5, 2.0)])
 def test_what_rises_harder_bends_less(key: str, less: float, more: float) -> None:
     keys: list[dict[str, Any]] = [{key: less}, {key: more}]
-    angles = [
-        float(lean(fire(6, wind={"level": 3.0}, **keys[i]).recording.x).mean()) for i in (0, 1)
-    ]
+    angles = [float(lean(recorded(6, wind={"level": 3.0}, **each).x).mean()) for each in keys]
     assert angles[0] > angles[1] + 4
 
 
@@ -202,20 +209,22 @@ def test_pressure_raises_the_flame_up_to_1_6_and_beyond_it_the_flame_stays() -> 
     assert heights[4] == pytest.approx(heights[2], rel=0.06)
 
 
+@cache
+def leaning(rows: int = 24, columns: int = 12) -> float:
+    """Angle, degrees, of a sheet's middle in wind."""
+    mesh: dict[str, Any] = {"rows": rows, "columns": columns, "turbulence": 0.0}
+    x = recorded(24, wind={"level": 3.0}, **mesh).x
+    share = np.linspace(0, 1, x.shape[2])
+    away, up = (np.interp(0.5, share, x[..., k].mean(axis=(0, 1, 3))) for k in (0, 2))
+    return float(np.degrees(np.arctan2(away, up)))
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "mesh", [{"rows": 4}, {"rows": 5}, {"rows": 48}, {"columns": 4}, {"columns": 24}]
 )
 def test_a_finer_mesh_is_the_same_sheet(mesh: dict[str, int]) -> None:
     """Its lean in wind is that of 24 rows and 12 columns."""
-
-    def leaning(**keys: int) -> float:
-        made: dict[str, Any] = {"rows": 24, "columns": 12, "turbulence": 0.0, **keys}
-        x = fire(24, wind={"level": 3.0}, **made).recording.x
-        share = np.linspace(0, 1, x.shape[2])
-        away, up = (np.interp(0.5, share, x[..., k].mean(axis=(0, 1, 3))) for k in (0, 2))
-        return float(np.degrees(np.arctan2(away, up)))
-
     assert leaning(**mesh) == pytest.approx(leaning(), rel=0.05)
 
 
@@ -236,7 +245,7 @@ def test_air_and_heat_move_heavy_silk_less_and_gravity_moves_it_as_much() -> Non
 
 def test_heavy_silk_is_no_soft_silk() -> None:
     keys: tuple[dict[str, Any], ...] = ({"mass": 2.0}, {"stiffness": 0.5})
-    heavy, soft = (fire(6, **each).recording.x for each in keys)
+    heavy, soft = (recorded(6, **each).x for each in keys)
     assert np.abs(heavy - soft).max() > 0.05
 
 
@@ -248,7 +257,7 @@ def test_an_object_that_comes_moves_heavy_silk_less() -> None:
     moved = []
     for mass in (1.0, 2.5):
         free, pushed = (
-            fire(3, loops=False, sheets=sheet, intruders=i, turbulence=0.0, mass=mass).recording.x
+            recorded(3, loops=False, sheets=sheet, intruders=i, turbulence=0.0, mass=mass).x
             for i in ([], [ball])
         )
         moved.append(float(np.abs(pushed - free).max()))
@@ -262,10 +271,8 @@ def test_two_fires_sway_together_only_where_they_are_close() -> None:
     def likeness(apart: float) -> float:
         entry = {"arrangement": "crossed", "count": 3, "width": 0.3}
         at = [[-apart / 2, 0, 0], [apart / 2, 0, 0]]
-        made = fire(
-            240, loops=False, turbulence=0.0, sheets=[{**entry, "at": place} for place in at]
-        )
-        x = made.recording.x[:, :, -1].mean(axis=2)
+        pair = [{**entry, "at": place} for place in at]
+        x = recorded(240, loops=False, turbulence=0.0, sheets=pair).x[:, :, -1].mean(axis=2)
         one, other = x[:, :3].mean(axis=1), x[:, 3:].mean(axis=1)
         return float(np.mean([np.corrcoef(one[:, k], other[:, k])[0, 1] for k in (0, 1)]))
 
@@ -412,7 +419,7 @@ def test_a_ball_in_the_flame_parts_it() -> None:
     ball = {"shape": "sphere", "at": [0, 0, 0.35], "radius": 0.08, "draw": False, "strength": 4}
     sheet = [{"width": 0.4, "height": 0.8, "angle": 0}]
     free, parted = (
-        fire(6, loops=False, sheets=sheet, intruders=i, turbulence=0.0).recording.x[-1, 0]
+        recorded(6, loops=False, sheets=sheet, intruders=i, turbulence=0.0).x[-1, 0]
         for i in ([], [ball])
     )
     place = np.array([0, 0, 0.35])
@@ -428,7 +435,7 @@ def test_an_intruder_that_never_leaves_a_loop_is_refused_with_the_way_out() -> N
     stays: dict[str, Any] = {"intruders": [{"shape": "sphere", "keyframes": KEYFRAMES}]}
     with pytest.raises(RecipeError, match=r"intruders\.0: is elsewhere after 1 s.*loop: none"):
         fire(24, **stays)
-    assert len(fire(12, loops=False, **stays).recording.x) == 12
+    assert len(recorded(12, loops=False, **stays).x) == 12
     back = [*KEYFRAMES, {"t": 0.8, "at": [1, 0, 0.5]}]
     made = fire(24, intruders=[{"shape": "sphere", "keyframes": back}])
     first, again = (made.draw(i, camera()).light for i in (0, 24))
@@ -443,9 +450,10 @@ def test_springs_too_stiff_are_refused_with_the_limit_and_stable_below_it() -> N
         fire(2, stiffness=100_000.0)
     limit = float(str(refusal.value).split("at most about ")[1].split()[0])
     for stiffness in (1000.0, 0.95 * limit):
-        made = fire(2, loops=False, stiffness=stiffness, rows=5, columns=4, sheets={"count": 1})
-        assert np.isfinite(made.recording.x).all()
-        assert np.abs(made.recording.x).max() < 2
+        keys: dict[str, Any] = {"stiffness": stiffness, "rows": 5, "columns": 4}
+        x = recorded(2, loops=False, sheets={"count": 1}, **keys).x
+        assert np.isfinite(x).all()
+        assert np.abs(x).max() < 2
 
 
 def test_springs_too_damped_are_refused_with_a_limit_that_helps() -> None:
@@ -455,8 +463,8 @@ def test_springs_too_damped_are_refused_with_a_limit_that_helps() -> None:
         fire(2, damping=100.0, rows=24, columns=16)
     limit = float(str(refusal.value).split("at most about ")[1].split()[0])
     assert limit > 30
-    made = fire(2, loops=False, damping=limit, rows=24, columns=16, sheets={"count": 1})
-    assert np.abs(made.recording.x).max() < 2
+    x = recorded(2, loops=False, damping=limit, rows=24, columns=16, sheets={"count": 1}).x
+    assert np.abs(x).max() < 2
 
 
 def test_where_neither_less_stiffness_nor_less_damping_is_enough_both_are_advised() -> None:
@@ -466,8 +474,8 @@ def test_where_neither_less_stiffness_nor_less_damping_is_enough_both_are_advise
         float(part.split()[0]) for part in str(no.value).split("at most about ")[1:]
     )
     keys: dict[str, Any] = {"stiffness": stiffness, "damping": damping}
-    made = fire(2, loops=False, rows=24, columns=16, sheets={"count": 1}, **keys)
-    assert np.abs(made.recording.x).max() < 2
+    x = recorded(2, loops=False, rows=24, columns=16, sheets={"count": 1}, **keys).x
+    assert np.abs(x).max() < 2
 
 
 def test_what_moves_early_in_a_loop_moves_its_flame_with_it() -> None:
@@ -487,7 +495,7 @@ def test_what_moves_early_in_a_loop_moves_its_flame_with_it() -> None:
 def test_damping_calms_what_neighbours_move_against_one_another() -> None:
     strains = []
     for damping in (0.0, 40.0):
-        v = fire(24, loops=False, damping=damping).recording.v.astype(np.float64)
+        v = recorded(24, loops=False, damping=damping).v.astype(np.float64)
         strains.append(float(np.sqrt((np.diff(v, axis=2) ** 2).sum(axis=-1).mean())))
     assert strains[1] < 0.95 * strains[0]
 

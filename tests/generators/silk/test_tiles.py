@@ -19,7 +19,7 @@ from fire_atlas.formats.tracks.tracks_json import read_tracks
 from fire_atlas.generators.silk.glow import scattered
 from fire_atlas.generators.silk.raster import mesh_triangles, rasterise
 from fire_atlas.generators.silk.renderer import SilkRenderer
-from tests.generators.silk.small_fires import COARSE, camera, fire
+from tests.generators.silk.small_fires import COARSE, camera, fire, planned
 from tests.generators.silk.test_builds import built, recipe, refused
 
 WIDTH, HEIGHT = 160, 64
@@ -108,7 +108,7 @@ def test_the_glow_of_a_tile_reaches_over_its_sides_and_fades_above() -> None:
 
 
 def test_sheets_of_a_tile_stand_as_far_apart_over_the_joint() -> None:
-    foot = fire(2, sheets={**TILE[0], "count": 200, "width": 0.05}, **SIZE).scene.model.rest
+    foot = planned(2, sheets={**TILE[0], "count": 200, "width": 0.05}, **SIZE).model.rest
     x = np.sort(foot[:, 0, :, 0].mean(axis=1)) * HEIGHT / WIDTH
     gaps = np.diff(np.append(x, x[0] + 1)) * 200
     assert gaps.min() >= 0 and gaps.max() <= 2
@@ -117,7 +117,7 @@ def test_sheets_of_a_tile_stand_as_far_apart_over_the_joint() -> None:
 
 def test_the_air_sways_alike_at_both_sides_of_a_tile() -> None:
     def apart(**keys: Any) -> float:
-        forces = fire(2, sheets={"count": 2, **keys}, **SIZE).scene.forces
+        forces = planned(2, sheets={"count": 2, **keys}, **SIZE).forces
         x = np.zeros((2, 1, 1, 3))
         x[:, ..., 0] = [[[-WIDTH / HEIGHT / 2]], [[WIDTH / HEIGHT / 2]]]
         ways = forces.sway_waves.velocity(0.7, x)

@@ -80,6 +80,7 @@ class PlaneOfFire:
         offset: (frames of the clip, NODES) offset of the flame's middle from ``mean``.
         running_mean: (frames of the clip, NODES) the same, averaged over the time around a frame.
         sway_gain: (frames,) factor of the sway: a sustained force settles it.
+        base: (x, y) px of the clip at which the axis of the flame meets the ground.
     """
 
     side: Side
@@ -89,6 +90,7 @@ class PlaneOfFire:
     offset: NDArray[np.float64]
     running_mean: NDArray[np.float64]
     sway_gain: NDArray[np.float64]
+    base: tuple[float, float]
 
     @classmethod
     def of(
@@ -118,6 +120,7 @@ class PlaneOfFire:
             offset,
             gaussian_filter1d(offset, len(offset) / MEAN_WINDOWS, axis=0, mode=mode),
             gain,
+            side.base,
         )
 
     def changing(self, after: "PlaneOfFire", share: float) -> "PlaneOfFire":

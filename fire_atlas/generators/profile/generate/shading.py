@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from fire_atlas.core.pixels import REC709, Pixels, Plane, as_plane
-from fire_atlas.generators.profile.model import Profile, decoded_shades
+from fire_atlas.generators.profile.model import Profile, Side, decoded_shades
 
 _LIGHT_STEPS = 64
 """Number of steps of light by which colours are averaged."""
@@ -44,17 +44,20 @@ def shade_table(profile: Profile, azimuth: float) -> ShadeTable:
     Between the front and the side they are interpolated; from behind they are mirrored.
     """
     cos, sin = math.cos(azimuth), math.sin(azimuth)
-    front, side = (
-        decoded_shades(learnt.detail.shades)[:, :, :: 1 if component > 0 else -1]
-        for learnt, component in ((profile.sides[0], cos), (profile.sides[-1], sin))
-    )
     if sin * sin < 1e-9:
-        seen = front
+        seen = _shades(profile.sides[0], is_mirrored=cos <= 0)
     elif cos * cos < 1e-9:
-        seen = side
+        seen = _shades(profile.sides[-1], is_mirrored=sin <= 0)
     else:
+        front = _shades(profile.sides[0], is_mirrored=cos <= 0)
+        side = _shades(profile.sides[-1], is_mirrored=sin <= 0)
         seen = _between(front, side, sin * sin)
     return ShadeTable(len(seen), np.ascontiguousarray(seen.reshape(-1, 4)))
+
+
+def _shades(side: Side, *, is_mirrored: bool) -> Pixels:
+    """Return the shades (levels, rows, columns, 4) of a side, as pixels."""
+    return decoded_shades(side.detail.shades)[:, :, :: -1 if is_mirrored else 1]
 
 
 def _between(one: Pixels, other: Pixels, share: float) -> Pixels:

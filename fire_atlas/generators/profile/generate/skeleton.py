@@ -163,7 +163,7 @@ def skeletons(planes: tuple[PlaneOfFire, PlaneOfFire], time: float, azimuth: flo
 
 def _seen(plane: PlaneOfFire, points: FeaturePoints, mirrored: bool) -> NDArray[np.float64]:
     """Return points (6, 2) of the clip in flame heights."""
-    (x, ground), unit = plane.side.base, plane.side.statistics.height.median
+    (x, ground), unit = plane.base, plane.side.statistics.height.median
     array = np.array(points)
     seen = np.stack([(array[:, 0] - x) / unit, (ground - array[:, 1]) / unit], axis=1)
     if mirrored:

@@ -77,7 +77,10 @@ class FireMask:
 
     def binarized(self, pixels: Pixels) -> Bytes:
         """Return (H, W): 1 where a frame is flame, else 0 (Figure 4b)."""
-        bright = brightness(pixels, self.blend_space)
+        return self.binarized_brightness(brightness(pixels, self.blend_space))
+
+    def binarized_brightness(self, bright: Plane) -> Bytes:
+        """Return ``binarized`` of a frame of a brightness (H, W), 0..255."""
         return ((bright > self.threshold) & (self.fire > 0.3)).astype(np.uint8)
 
     def isolated(self, pixels: Pixels, binarized: Bytes) -> Pixels:
@@ -91,10 +94,23 @@ class FireMask:
             bright = brightness(pixels, self.blend_space)
             glow = max(2.0, _GLOW * float(np.sqrt(np.count_nonzero(binarized))))
             distance = cv2.distanceTransform(1 - binarized, cv2.DIST_L2, 5) / np.float32(glow)
-            # Glow also fades as it gets dim; masking it by ``fire`` would show that mask's outline.
-            fade = smooth_step(as_plane(2 * bright / np.float32(self.threshold) - 1))
-            weight = self.no_prop * as_plane(np.exp(-distance * distance)) * as_plane(fade)
+            weight = self.no_prop * as_plane(np.exp(-distance * distance)) * self._fade(bright)
         return np.asarray(pixels * weight[..., None], np.float32)
+
+    def isolated_flame(
+        self, pixels: Pixels, bright: Plane, flame: NDArray[np.bool_]
+    ) -> NDArray[np.float32]:
+        """Return the pixels (n, 4) of a flame, given as a mask (H, W) of binarized pixels, as
+        ``isolated`` shows them; ``bright`` is the brightness (H, W) of the frame."""
+        weight = self.fire[flame]
+        if self.is_filmed:
+            weight = self.no_prop[flame] * self._fade(bright[flame])
+        return np.asarray(pixels[flame] * weight[:, None], np.float32)
+
+    def _fade(self, bright: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return how much of a glow of such brightness is kept: it fades as it gets dim. Masking it
+        by ``fire`` would show that mask's outline."""
+        return smooth_step(as_plane(2 * bright / np.float32(self.threshold) - 1))
 
 
 def _masks(samples: Sequence[Plane], is_filmed: bool) -> tuple[Plane, Plane]:

@@ -214,12 +214,19 @@ def refuse_length(name: str, count: int) -> None:
 def _judged(proxy: Clip, threshold: float | None, workers: Workers) -> _Verdict:
     """Judge a clip by a few frames, and unless these all have a fault by all of them."""
     mask = FireMask.of(proxy, threshold)
+
+    def look_at(numbers: Sequence[int]) -> dict[int, SeenFrame]:
+        frames = workers.map(lambda i: SeenFrame.of(proxy, mask, i), numbers)
+        return dict(zip(numbers, frames, strict=True))
+
+    seen = dict[int, SeenFrame]()
     if proxy.count > _SAMPLES:
-        numbers = evenly_spread(0, proxy.count - 1, _SAMPLES)
-        few = list(workers.map(lambda i: SeenFrame.of(proxy, mask, i), numbers))
+        seen = look_at(evenly_spread(0, proxy.count - 1, _SAMPLES))
+        few = list(seen.values())
         if fault := _fault(mask, few, are_all=False):
             return _Verdict(mask.threshold, few, fault)
-    frames = list(workers.map(lambda i: SeenFrame.of(proxy, mask, i), range(proxy.count)))
+    seen |= look_at([i for i in range(proxy.count) if i not in seen])
+    frames = [seen[i] for i in range(proxy.count)]
     return _Verdict(mask.threshold, frames, _fault(mask, frames, are_all=True))
 
 

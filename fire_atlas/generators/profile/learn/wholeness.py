@@ -106,14 +106,14 @@ class SeenFrame:
     def of(cls, clip: Clip, mask: FireMask, i: int) -> "SeenFrame":
         """Look at frame ``i`` of a small clip."""
         pixels = clip.read(i)
-        binarized = mask.binarized(pixels)
+        bright = brightness(pixels, mask.blend_space)
+        binarized = mask.binarized_brightness(bright)
         flame = largest_flame(binarized)
         points, has_rival, chroma, peak = None, False, 0.0, 0.0
         area = int(np.count_nonzero(flame))
         if area >= _MIN_AREA:
             points, has_rival = feature_points(flame), _has_rival(binarized, flame)
-            chroma, peak = _colourfulness(mask.isolated(pixels, binarized)[flame])
-        bright = brightness(pixels, mask.blend_space) > mask.threshold
+            chroma, peak = _colourfulness(mask.isolated_flame(pixels, bright, flame))
         width = points.width if points else clip.width
         edges = (
             bool(flame[:, :1].any()), bool(flame[:, -1:].any()),
@@ -125,7 +125,7 @@ class SeenFrame:
             binarized_mask=np.packbits(binarized, axis=1),
             area=area,
             binarized_area=int(np.count_nonzero(binarized)),
-            strange_area=int(np.count_nonzero(bright & (binarized == 0))),
+            strange_area=int(np.count_nonzero((bright > mask.threshold) & (binarized == 0))),
             points=points,
             edges=edges,
             breadth=float(binarized.any(axis=0).mean()),
@@ -147,17 +147,19 @@ class SeenFrame:
 
 def _colourfulness(pixels: NDArray[np.float32]) -> tuple[float, float]:
     """Return ``chroma`` and ``peak`` of ``SeenFrame`` for pixels (n, 4) of a flame."""
-    colours = linear_to_srgb(np.clip(pixels[:, :3], 0, 1))
-    most, least = colours.max(axis=1), colours.min(axis=1)
+    channels = linear_to_srgb(np.clip(pixels[:, :3].T, 0, 1))
+    most, least = channels.max(axis=0), channels.min(axis=0)
     chroma = (most - least) / np.maximum(most, 1e-3)
     return float(np.quantile(chroma, 0.95)), float(np.quantile(most, 0.99))
 
 
 def _has_rival(binarized: Bytes, flame: NDArray[np.bool_]) -> bool:
     """Return whether a second flame of similar size stands beside this one."""
-    rest = (binarized > 0) & ~flame
+    rest, least = (binarized > 0) & ~flame, _RIVAL * np.count_nonzero(flame)
+    if np.count_nonzero(rest) < least:
+        return False
     other = largest_flame(rest.astype(np.uint8))
-    if np.count_nonzero(other) < _RIVAL * np.count_nonzero(flame):
+    if np.count_nonzero(other) < least:
         return False
     mine, its = (np.flatnonzero(mask.any(axis=0)) for mask in (flame, other))
     return bool(its[0] > mine[-1] or its[-1] < mine[0])
