@@ -5,13 +5,14 @@ from dataclasses import dataclass
 from functools import reduce
 from typing import NamedTuple, Self
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.context import BuildContext
 from fire_atlas.core.picture import Picture, as_light, brightest_shown, brightness_of
-from fire_atlas.core.pixels import Pixels, Plane, as_plane
+from fire_atlas.core.pixels import Pixels, Plane, as_plane, decode_bytes, encode_unit
 from fire_atlas.effect.composition.cover import hidden_by_coverage
 from fire_atlas.effect.flame.segmentation import FlameSegmentation
 from fire_atlas.heat.ramp_colours import Light, OwnColours, Values, shown
@@ -23,6 +24,13 @@ _SAMPLES, _SAMPLED = 8, 1 << 15
 
 _SOLID, _SMALLEST = 0.5, 0.002
 """How much a thing hides, and the part of the frame that things have at least."""
+
+_HOLLOW = 0.3
+"""Width of a hollow in a thing, heights."""
+
+_BURNS, _AROUND = 0.3, 0.02
+"""How far the darkest that was seen is flame from which on fire burns there in every frame, and how
+far around what is behind it is looked for, heights."""
 
 _SURE = np.float32(3)
 """Times what a pixel hides that it is not light alone, up to all of it."""
@@ -98,15 +106,21 @@ class Parted(NamedTuple):
 def parting(clip: Clip, flame: FlameSegmentation, context: BuildContext) -> Callable[[int], Parted]:
     """Return what parts frame i of a clip with this ``flame``.
 
-    Of an opaque scene, what is behind the flame is the darkest that was seen there.
+    Of an opaque scene, what is behind the flame is the darkest that was seen there, and where it
+    burns in every frame what is around it.
     """
     if (solids := clip.solids) is not None:
         return lambda i: _without(clip.read(i), solids(i))
     part = FlamePart.of(clip, flame, context)
     if part.scene is not None:
         darkest = reduce(np.minimum, context.workers.map(clip.read, range(clip.count)))
-        darkest[..., :3] *= (1 - part.of_picture(darkest))[..., None]
-        return lambda i: _without(clip.read(i), darkest)
+        burns = (part.of_picture(darkest) > _BURNS).astype(np.uint8)
+        seen = np.rint(255 * encode_unit(np.ascontiguousarray(darkest[..., :3]))).astype(np.uint8)
+        found = cv2.inpaint(seen, burns, _AROUND * clip.height, cv2.INPAINT_TELEA)
+        around = np.asarray(found, np.uint8)
+        behind = np.where(burns[..., None], decode_bytes(around), darkest[..., :3])
+        scene = np.dstack([np.minimum(behind, darkest[..., :3]), darkest[..., 3]])
+        return lambda i: _without(clip.read(i), as_plane(scene))
 
     if part.still is not None:  # of fire on black, all that does not stand still is light
         glow = 1 - part.still[..., None]
@@ -153,5 +167,12 @@ def _still_things(clip: Clip, activity: Plane, context: BuildContext) -> Plane:
     numbers = evenly_spread(0, clip.body - 1, _SAMPLES)
     covered = reduce(np.minimum, context.workers.map(hidden, numbers))
     if (covered > _SOLID).mean() > _SMALLEST:
-        return covered
+        # What glows in a hollow of a thing, as molten wax, is of the thing.
+        opaque = reduce(
+            np.minimum, context.workers.map(lambda i: as_light(clip.picture(i))[..., 3], numbers)
+        )
+        side = 2 * round(_HOLLOW * clip.height / 2) + 1
+        disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
+        whole = cv2.morphologyEx(covered, cv2.MORPH_CLOSE, disc)
+        return as_plane(np.maximum(covered, whole * (opaque > _SOLID)))
     return still_things(list(context.workers.map(brightness, numbers)), activity)
