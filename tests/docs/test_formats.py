@@ -108,7 +108,7 @@ RECIPES: dict[str, dict[str, Any]] = {
         "timeline": {"loop": "crossfade"},
         "phases": {"ignite": 0.2, "extinguish": 0.2},
         "tracks": [],
-        "exports": ["godot"],
+        "exports": ["json", "godot", "unity"],
     },
     "heat": {
         "source": {**CAMPFIRE, "count": 5},
@@ -204,7 +204,8 @@ def test_every_file_of_a_build_is_listed(built: Path) -> None:
     stems = "|".join(RECIPES)
     for path in built.iterdir():
         ending = re.sub(
-            rf"^({stems})(@0\.5x)?(-\d+)?(\.((view|wind)(_\d+)+|burn|pages|\d{{4}}))?",
+            rf"^({stems})(@0\.5x)?(-\d+)?(\.((view|wind|extinguish)(_\d+)+|burn|ignite|extinguish|out|pages"
+            r"|\d{4}))?",
             "",
             path.name,
         )
