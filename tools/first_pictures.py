@@ -9,6 +9,7 @@ import os
 import sys
 import tempfile
 from collections.abc import Sequence
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -32,6 +33,8 @@ BEHIND = {"burning_crate": "crate.png"}
 RAMPS = ("soul", "poison", "copper", "gas")
 ONCE = ("explosion", "fireball")
 """What plays once, for as long as its recipe says."""
+LOOPS = ("campfire", "silk_torch", "silk_campfire")
+"""What has a picture of its own, as what plays once has."""
 TILES = 3
 """How many frames of `fire_wall` stand side by side."""
 
@@ -45,7 +48,7 @@ Film = list[NDArray[np.uint8]]
 
 
 def draw() -> None:
-    """Write docs/banner.webp, squares.webp, ramps.webp, fire_wall.webp and those that play once."""
+    """Write docs/banner.webp, squares.webp, ramps.webp, fire_wall.webp and those of one fire."""
     fires = [_fitted(film, _BANNER_HEIGHT) for name in BANNER for film in _films(name).values()]
     _save("banner", fires)
     squares = [_square(film) for name in SQUARES for film in _films(name).values()]
@@ -54,11 +57,12 @@ def draw() -> None:
     _save("ramps", [_fitted(films[name], _RAMP_HEIGHT) for name in RAMPS])
     (wall,) = _films("fire_wall").values()
     _save("fire_wall", [_fitted(wall, _WALL_HEIGHT)] * TILES, gap=0)
-    for name in ONCE:
+    for name in (*ONCE, *LOOPS):
         (film,) = _films(name).values()
-        _save(name, [_fitted(film, _SQUARE)], fps=_FPS // 2)
+        _save(name, [_fitted(film, _SQUARE)], fps=_FPS // 2 if name in ONCE else _FPS)
 
 
+@cache
 def _films(name: str) -> dict[str, Film]:
     """Build a ready recipe and return its animations over the ground, each of ``_FRAMES``."""
     assert main(["init", name, "-q"]) == 0

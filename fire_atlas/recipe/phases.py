@@ -28,10 +28,11 @@ class Phases(Settings):
 
     ignite: PhaseTime = 1.0
     """Time from the first flame to the whole fire, s; its last frame leads into the first one of
-    ``burn``. ``none``: it is lit at once."""
+    ``burn``. A clip that shows its fire being lit keeps that. ``none``: it is lit at once."""
     extinguish: PhaseTime = 1.5
     """Time in which it burns down and goes out, s; from ``burn`` it is entered at several frames,
-    at most 0.3 s apart (``extinguish``, ``extinguish_1``, ...). ``none``: it is put out at once."""
+    at most 0.3 s apart (``extinguish``, ``extinguish_1``, ...). A clip that shows its fire going
+    out keeps that. ``none``: it is put out at once."""
 
     @model_validator(mode="after")
     def _has_any(self) -> Self:

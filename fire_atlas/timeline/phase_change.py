@@ -1,8 +1,8 @@
 """Choose which frames of a loop are shown while a fire is lit and put out, and with how much fuel.
 
 A fire that is lit shows the last frames of its loop, so that the first one follows; one that is put
-out goes on with the frames after the last. It may be put out at several frames: what follows each
-passes into the frames after the last one.
+out goes on with the frames after the last. It may be put out at several frames: what follows the
+others passes into what follows the last one.
 """
 
 import itertools
@@ -57,8 +57,8 @@ class Exit:
     Attributes:
         frame: The last frame of the loop that is shown.
         shown: (n,) the frames of the loop that would follow.
-        share: (n,) how far each has passed into that of the fire that is put out after the last
-            frame of the loop, between 0 and 1. That goes on with its frame n.
+        share: (n,) how far each has passed into that of the fire that is put out after the main
+            exit, between 0 and 1. That goes on with its frame n.
         largest_step: Largest step of this and into and out of it, in the larger of the median steps
             of what is on both sides.
     """
@@ -77,17 +77,17 @@ def ignition(loop: int, count: int) -> PhaseFrames:
 
 
 def extinction(loop: int, count: int) -> PhaseFrames:
-    """Return the frames of a fire that goes out in ``count`` frames, after a loop of ``loop``; the
-    last of them is dark."""
+    """Return the frames of a fire that goes out in ``count`` frames, after the last one of a loop
+    of ``loop``; the last of them is dark."""
     shown = np.arange(count) % loop
     return PhaseFrames(shown, 1 - smooth_step(np.arange(1, count + 1) / (count * _BURNT)))
 
 
-def exit_frames(loop: int, fps: float) -> list[int]:
+def exit_frames(loop: int, fps: float, main: int) -> list[int]:
     """Return the frames of a loop of ``loop`` frames after which its fire may be put out, evenly
-    spread and at most ``MAX_EXIT`` apart; the last frame is one."""
+    spread and at most ``MAX_EXIT`` apart, but for the ``main`` one."""
     count = math.ceil(loop / max(1, math.floor(MAX_EXIT * fps + 1e-9)))
-    return [(k + 1) * loop // count - 1 for k in range(count)]
+    return sorted((main + k * loop // count) % loop for k in range(1, count))
 
 
 def choose_exit(
@@ -100,12 +100,12 @@ def choose_exit(
     *,
     is_drawn: bool,
 ) -> Exit:
-    """Return how a fire goes out after a ``frame`` that is not the last of its loop.
+    """Return how a fire goes out after a ``frame`` of its loop that ``dying`` does not follow.
 
     Args:
         frame: The last frame of the loop that is shown.
         loop: The loop.
-        dying: The fire that goes out after the loop's last frame.
+        dying: The fire that goes out after another frame of the loop.
         fuel: (frames of ``dying``,) how much of its fuel burns, 0..1.
         units: The median steps from frame to frame of ``loop`` and ``dying``.
         draw: ``draw(i, fuel)`` returns frame i of the loop with so much fuel.

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from fire_atlas.cli import main
 from fire_atlas.core.pixels import Pixels
@@ -255,3 +256,55 @@ def test_members_with_phases_are_refused(
     recipe = recipe_in(tmp_path, {"atlas": {"members": ["one.yaml"]}})
     assert main(["check", str(recipe)]) == 2
     assert "one has phases, which need pages of their own" in capsys.readouterr().err
+
+
+def filmed(folder: Path, begins: int, ends: int) -> dict[str, Any]:
+    """Write a clip in which the sample campfire is lit in so many frames and goes out in so many:
+    it is bright first at its foot, and last. Return its source."""
+    frames = folder / "frames"
+    frames.mkdir()
+    files = sorted((shipped("samples") / "campfire").glob("*.png"))
+    light = [*np.linspace(0, 1, begins), *np.ones(len(files)), *np.linspace(1, 0, ends)]
+    for number, share in enumerate(light):
+        picture = Image.open(files[(number - begins) % len(files)]).convert("RGBA").resize((64, 80))
+        shown = np.asarray(picture).astype(np.float64)
+        shown[: round(80 * (1 - share))] = 0
+        Image.fromarray((shown * min(1, 0.2 + share)).astype(np.uint8)).save(
+            frames / f"{number:04}.png"
+        )
+    return {"path": str(frames), "fps": 24}
+
+
+@pytest.mark.parametrize(("begins", "ends"), [(16, 20), (16, 0), (0, 20)])
+def test_a_clip_shows_its_own_beginning_and_end(
+    begins: int, ends: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    keys = {"source": filmed(tmp_path, begins, ends), "phases": PHASES, "flakes": "none"}
+    recipe = recipe_in(tmp_path, keys, motion_blur="none")
+    assert main(["build", str(recipe)]) == 0
+    said = capsys.readouterr().err
+    walker = Walker.of(tmp_path / "build" / "fire.json")
+    files = sorted((tmp_path / "frames").glob("*.png"))
+    plain = recipe_in(
+        tmp_path, {"source": keys["source"], "timeline": {"loop": "none"}}, flakes="none"
+    )
+    assert main(["build", str(plain), "-q", "-o", str(tmp_path / "whole")]) == 0
+    whole = frames_of(Walker.of(tmp_path / "whole" / "fire.json"), "fire")
+    assert len(whole) == len(files)
+    if begins:
+        lit = frames_of(walker, "ignite")
+        assert len(lit) >= begins
+        assert all((one == other).all() for one, other in zip(lit, whole, strict=False))
+    if ends:
+        out = frames_of(walker, "extinguish")
+        assert len(out) >= ends
+        assert all((one == other).all() for one, other in zip(out[::-1], whole[::-1], strict=False))
+    for phase, is_filmed in (("ignite", begins > 0), ("extinguish", ends > 0)):
+        assert (f"{phase}: the clip's own" in said) == is_filmed
+        assert is_filmed or walker.count(phase) == round(24 * PHASES[phase])
+    burning = light_of(walker, "burn")
+    assert min(burning) > 0.5
+    steps = walker.steps_of("burn")
+    for way in walker.graph.transitions:
+        step = walker.step((way.before, way.frame), (way.after, way.entry))
+        assert step <= 1.6 * np.median(steps), way

@@ -33,8 +33,11 @@ from fire_atlas.pipeline.animation.contribution import Contribution, FinishedAni
 from fire_atlas.pipeline.animation.flame_part import parting
 from fire_atlas.pipeline.animation.fly_in_depth import flies_in_depth, fly_in_depth
 from fire_atlas.pipeline.animation.layers import SimulatedClip
+from fire_atlas.pipeline.animation.prepare import without_veil
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.phases import NEEDS_LOOP, Phases
+from fire_atlas.recipe.source import FramesSource
+from fire_atlas.timeline.filmed_phases import FilmedPhases, filmed_phases
 from fire_atlas.timeline.phase_change import (
     MAX_STEP,
     Exit,
@@ -88,6 +91,13 @@ def animate_in_phases(
     Raises:
         RecipeError: The fire does not loop.
     """
+    filmed = None
+    if isinstance(recipe.source, FramesSource):
+        ((name, clip),) = clips.items()
+        with context.timer.measure("study"):
+            clip = without_veil(recipe, clip, context)
+            filmed = filmed_phases(clip, recipe.timeline, context.workers, context.progress)
+        clips = {name: filmed.loop if filmed else clip}
     (view,) = prepared_views(recipe, clips, context)
     if not view.clip.loop:
         raise RecipeError(f"{NEEDS_LOOP}, or set timeline.loop: crossfade", key=("phases",))
@@ -102,7 +112,7 @@ def animate_in_phases(
     with context.timer.measure("study"):
         draw = drawn_with_fuel(burning, context, is_pixel_art=view.recipe.is_pixel_art)
         wisp = None if burning.is_drawn else _smoke_over(view)
-        fire = _PhasedFire(burning, draw, wisp, context)
+        fire = _PhasedFire(burning, draw, wisp, filmed, context)
         simulated, states, figures = fire.animations(phases)
     animations = {name: finish(view.recipe, clip, context) for name, clip in simulated.items()}
     statistics = {name: animation.all_statistics() for name, animation in animations.items()}
@@ -167,11 +177,13 @@ def _foot(study: FlameStudy) -> tuple[tuple[float, float], tuple[float, float]]:
 
 @dataclass(frozen=True, slots=True)
 class _PhasedFire:
-    """A loop with its flakes, what draws it with less fuel, and the smoke of what has gone out."""
+    """A loop with its flakes, what draws it with less fuel, the smoke of what has gone out, and the
+    phases that its clip has."""
 
     burning: SimulatedClip
     draw: Draw
     wisp: Wisp | None
+    filmed: FilmedPhases | None
     context: BuildContext
 
     def animations(
@@ -182,17 +194,16 @@ class _PhasedFire:
         found, states = {BURN: self.burning}, [State(BURN, phase="burn")]
         steps, figures = list[StateTransition](), dict[str, Any]()
         if phases.ignite != "none":
-            frames = ignition(loop.count, _count(phases.ignite, loop.fps))
-            found[IGNITE] = self._played(frames, self._picture(frames), lit_flakes)
+            found[IGNITE], frames = self._lit(phases.ignite)
             states.append(State(IGNITE, following=BURN, phase="ignite"))
             steps.append(StateTransition(IGNITE, len(frames.shown) - 1, BURN, 0))
         if phases.extinguish != "none":
-            frames = extinction(loop.count, _count(phases.extinguish, loop.fps))
-            dying = self._smoking(self._played(frames, self._picture(frames), dying_flakes), frames)
+            dying, frames = self._dying(phases.extinguish)
             found[EXTINGUISH] = dying
             states.append(State(EXTINGUISH, phase="extinguish"))
-            steps.append(StateTransition(BURN, loop.count - 1, EXTINGUISH, 0))
-            exits = self._exits(frames, dying.clip)
+            main = int(frames.shown[0] - 1) % loop.count
+            steps.append(StateTransition(BURN, main, EXTINGUISH, 0))
+            exits = self._exits(frames, dying.clip, main)
             for number, chosen in enumerate(exits, 1):
                 name = f"{EXTINGUISH}_{number}"
                 found[name] = self._entering(chosen, frames, dying)
@@ -203,11 +214,39 @@ class _PhasedFire:
             figures["entry_frames"] = sum(len(chosen.shown) for chosen in exits)
         return found, StateGraph(tuple(states), tuple(steps)), figures
 
-    def _exits(self, frames: PhaseFrames, dying: Clip) -> list[Exit]:
-        """Return how the fire goes out after other frames than the last one of its loop."""
+    def _lit(self, seconds: float) -> tuple[SimulatedClip, PhaseFrames]:
+        """Return the fire as it is lit, in ``seconds`` or as its clip shows it."""
+        loop, filmed = self.burning.clip, self.filmed
+        if filmed is None or filmed.lit is None:
+            frames = ignition(loop.count, _count(seconds, loop.fps))
+            return self._played(frames, self._picture(frames), lit_flakes), frames
+        count = filmed.lit.count
+        frames = PhaseFrames(np.arange(-count, 0) % loop.count, filmed.lit_fuel)
+        self._note_filmed(IGNITE, filmed.lit)
+        return self._played(frames, filmed.lit.read, lit_flakes), frames
+
+    def _dying(self, seconds: float) -> tuple[SimulatedClip, PhaseFrames]:
+        """Return the fire as it goes out, in ``seconds`` or as its clip shows it."""
+        loop, filmed = self.burning.clip, self.filmed
+        if filmed is None or filmed.dying is None:
+            frames = extinction(loop.count, _count(seconds, loop.fps))
+            played = self._played(frames, self._picture(frames), dying_flakes)
+            return self._smoking(played, frames), frames
+        shown = (filmed.exit + 1 + np.arange(filmed.dying.count)) % loop.count
+        frames = PhaseFrames(shown, filmed.dying_fuel)
+        self._note_filmed(EXTINGUISH, filmed.dying)
+        return self._played(frames, filmed.dying.read, dying_flakes), frames
+
+    def _note_filmed(self, phase: str, clip: Clip) -> None:
+        self.context.progress.note(
+            f"{phase}: the clip's own, {clip.count / clip.fps:.2f} s; phases.{phase} is its "
+            f"length for clips that do not show it"
+        )
+
+    def _exits(self, frames: PhaseFrames, dying: Clip, main: int) -> list[Exit]:
+        """Return how the fire goes out after other frames of its loop than the ``main`` one."""
         loop, workers = self.burning.clip, self.context.workers
         units = median_step(loop, workers), median_step(dying, workers)
-        *others, _ = exit_frames(loop.count, loop.fps)
         exits = list(
             workers.map(
                 lambda frame: choose_exit(
@@ -219,7 +258,7 @@ class _PhasedFire:
                     self.draw,
                     is_drawn=self.burning.is_drawn,
                 ),
-                others,
+                exit_frames(loop.count, loop.fps, main),
             )
         )
         worst = max((chosen.largest_step for chosen in exits), default=0.0)

@@ -28,10 +28,7 @@ def prepare(
     check_length(recipe.timeline.frames or 0, size, context.max_pixels)
     shows_art = isinstance(recipe.source, FramesSource) and may_have_squares(recipe)
     art = find_pixel_grid(clip) if shows_art else NOT_ENLARGED
-    source = recipe.source
-    if isinstance(source, FramesSource) and source.black == "auto" and clip.matte == "luminance":
-        clip = without_room(clip, context.workers, context.progress.note)
-    clip = _arranged(clip, recipe, context)
+    clip = _arranged(without_veil(recipe, clip, context), recipe, context)
     check_length(clip.count, size, context.max_pixels)
     direction = lift_direction(recipe.buoyancy)
     if direction is None and not isinstance(recipe.source, FramesSource):
@@ -41,6 +38,14 @@ def prepare(
     is_sampled = (recipe.has_effect or recipe.needs_field) and (direction is None or is_open)
     study = study_flame(clip, recipe.features, direction, context.workers, is_sampled=is_sampled)
     return clip, replace(study, art=art)
+
+
+def without_veil(recipe: Recipe, clip: Clip, context: BuildContext) -> Clip:
+    """Return a clip without the veil of the room in which its fire was filmed, if it has one."""
+    source = recipe.source
+    if isinstance(source, FramesSource) and source.black == "auto" and clip.matte == "luminance":
+        return without_room(clip, context.workers, context.progress.note)
+    return clip
 
 
 def check_length(frames: int, size: tuple[int, int], max_pixels: int) -> None:
