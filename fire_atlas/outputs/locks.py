@@ -8,11 +8,10 @@ import os
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fire_atlas.core.interruption import if_interrupted
+from fire_atlas.core.interruption import if_interrupted, signals_wait
 
 if TYPE_CHECKING:
     from filelock import BaseFileLock
@@ -44,40 +43,31 @@ def locked(path: Path, note: Callable[[str], None]) -> Iterator[None]:
         note: Called with a sentence if another process is waited for longer than a commit takes,
             or if the file system has no locks.
     """
-    lock = _lock(path)
     is_noted, began = False, time.monotonic()
-    try:
-        while not _try_to_take(lock, path):
-            if not is_noted and time.monotonic() - began > _SHORT_WAIT:
-                note(f"waits for {_holder(path)}, which writes into {path.parent} too")
-                is_noted = True
-            time.sleep(_INTERVAL)
-    except OSError as error:
-        if error.errno not in _NOT_SUPPORTED:
-            raise
-        path.unlink(missing_ok=True)
-        note(f"{path.parent}: no locks on this file system; build into it one at a time")
-    with _released(lock, path), if_interrupted(partial(path.unlink, missing_ok=True)):
+    with _released(path) as lock:
+        try:
+            while not _try_to_take(lock, path):
+                if not is_noted and time.monotonic() - began > _SHORT_WAIT:
+                    note(f"waits for {_holder(path)}, which writes into {path.parent} too")
+                    is_noted = True
+                time.sleep(_INTERVAL)
+        except OSError as error:
+            if error.errno not in _NOT_SUPPORTED:
+                raise
+            path.unlink(missing_ok=True)
+            note(f"{path.parent}: no locks on this file system; build into it one at a time")
         yield
 
 
 @contextmanager
 def locked_if_free(path: Path) -> Iterator[bool]:
     """Hold the lock file ``path`` unless another process does; yield whether it is held."""
-    lock = _lock(path)
-    try:
-        is_held = _try_to_take(lock, path)
-    except OSError:
-        is_held = False
-    remove = partial(path.unlink, missing_ok=True) if is_held else lambda: None
-    with _released(lock, path), if_interrupted(remove):
+    with _released(path) as lock:
+        try:
+            is_held = _try_to_take(lock, path)
+        except OSError:
+            is_held = False
         yield is_held
-
-
-def _lock(path: Path) -> "BaseFileLock":
-    from filelock import FileLock  # commands that write nothing do not import it
-
-    return FileLock(path, fallback_to_soft=False, on_acquired=_write_holder)
 
 
 def _try_to_take(lock: "BaseFileLock", path: Path) -> bool:
@@ -89,22 +79,33 @@ def _try_to_take(lock: "BaseFileLock", path: Path) -> bool:
         if path.lstat().st_nlink > 1:  # another name of a user's file, which must not be emptied
             path.unlink()
     try:
-        lock.acquire(timeout=0)
+        with signals_wait():  # a file is either there and held, or not there
+            lock.acquire(timeout=0)
     except (Timeout, FileNotFoundError):
         return False
     return True
 
 
 @contextmanager
-def _released(lock: "BaseFileLock", path: Path) -> Iterator[None]:
-    """Release a lock at the end, if it was taken, and remove its file."""
-    try:
-        yield
-    finally:
+def _released(path: Path) -> Iterator["BaseFileLock"]:
+    """Yield a lock of the file ``path``, not yet taken. If it is taken it is released at the end,
+    and its file removed, also if a signal ends the process."""
+    from filelock import FileLock  # commands that write nothing do not import it
+
+    lock = FileLock(path, fallback_to_soft=False, on_acquired=_write_holder)
+
+    def remove() -> None:
         if lock.is_locked:
             with suppress(OSError):  # Windows cannot remove open files; the next build does
                 path.unlink()
-            lock.release()
+
+    with if_interrupted(remove):
+        try:
+            yield lock
+        finally:
+            with signals_wait():
+                remove()
+                lock.release()
 
 
 def _write_holder(descriptor: int) -> None:

@@ -308,3 +308,17 @@ def test_a_clip_shows_its_own_beginning_and_end(
     for way in walker.graph.transitions:
         step = walker.step((way.before, way.frame), (way.after, way.entry))
         assert step <= 1.6 * np.median(steps), way
+
+
+@pytest.mark.clips
+def test_wax_stays_and_its_glow_goes(clips: Path, tmp_path: Path) -> None:
+    walker = built(
+        tmp_path, {"source": source_of("real_candle_red", clips), "phases": PHASES}, flakes="none"
+    )
+    burning, out = frames_of(walker, "burn")[0][..., 3], frames_of(walker, "extinguish")[-1][..., 3]
+    foot = round(walker.atlas.frames[0].anchor[1] * len(out))
+    wax = (out > 0.9).sum(axis=1)
+    assert wax[-1] > 15
+    assert out[: foot - 6].max() < 0.05 < 0.5 < burning[: foot - 6].max()
+    rim = int(np.flatnonzero(wax > 0.7 * wax[-1])[0])
+    assert (wax[rim:] > 0.7 * wax[-1]).all()

@@ -225,3 +225,30 @@ def test_what_ignores_interruptions_goes_on(repo: Repo) -> None:
         process.send_signal(signal.SIGINT)
         assert process.wait(timeout=60) == 0
     assert (repo.build / "fire.png").exists()
+
+
+TAKEN = """
+import os, signal, sys
+from pathlib import Path
+from filelock import FileLock
+from fire_atlas.core.interruption import end_on_signals
+from fire_atlas.outputs.locks import locked
+
+acquire = FileLock.acquire
+
+def acquired(*args, **kwargs):
+    taken = acquire(*args, **kwargs)
+    os.kill(os.getpid(), signal.SIGTERM)
+    return taken
+
+FileLock.acquire = acquired
+end_on_signals()
+with locked(Path(sys.argv[1]), print):
+    print("held")
+"""
+
+
+def test_a_signal_just_as_a_lock_is_taken_leaves_no_lock_file(tmp_path: Path) -> None:
+    ended = run_alone([sys.executable, "-c", TAKEN, str(tmp_path / "fire.lock")])
+    assert (ended.code, ended.out) == (EXIT_CODE, "")
+    assert not list(tmp_path.iterdir())

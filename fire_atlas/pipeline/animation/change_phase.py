@@ -98,6 +98,9 @@ def animate_in_phases(
             clip = without_veil(recipe, clip, context)
             filmed = filmed_phases(clip, recipe.timeline, context.workers, context.progress)
         clips = {name: filmed.loop if filmed else clip}
+        # Its black has been taken off.
+        source = recipe.source.model_copy(update={"black": 0})
+        recipe = recipe.model_copy(update={"source": source})
     (view,) = prepared_views(recipe, clips, context)
     if not view.clip.loop:
         raise RecipeError(f"{NEEDS_LOOP}, or set timeline.loop: crossfade", key=("phases",))

@@ -166,13 +166,14 @@ def _still_things(clip: Clip, activity: Plane, context: BuildContext) -> Plane:
 
     numbers = evenly_spread(0, clip.body - 1, _SAMPLES)
     covered = reduce(np.minimum, context.workers.map(hidden, numbers))
-    if (covered > _SOLID).mean() > _SMALLEST:
-        # What glows in a hollow of a thing, as molten wax, is of the thing.
+    solid = (covered > _SOLID).astype(np.uint8)
+    if solid.mean() > _SMALLEST:
+        # What glows in a hollow of a thing, as molten wax, is of the thing, and so is its edge.
         opaque = reduce(
             np.minimum, context.workers.map(lambda i: as_light(clip.picture(i))[..., 3], numbers)
         )
         side = 2 * round(_HOLLOW * clip.height / 2) + 1
         disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
-        whole = cv2.morphologyEx(covered, cv2.MORPH_CLOSE, disc)
+        whole = cv2.dilate(cv2.morphologyEx(solid, cv2.MORPH_CLOSE, disc), np.ones((5, 5)))
         return as_plane(np.maximum(covered, whole * (opaque > _SOLID)))
     return still_things(list(context.workers.map(brightness, numbers)), activity)

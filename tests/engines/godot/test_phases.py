@@ -276,10 +276,9 @@ def test_sparks_and_lamp_follow_it_without_a_jump(game: Path, answers: Mapping[s
     energies, sparks = dict[Place, float](), dict[Place, float]()
     for name in fire.counts:
         light, flakes = fire.track("light", name), fire.track("flakes", name)
-        unit = light["mean"]["light"] / fire.track("light", "burn")["mean"]["light"]
         column = {name: i for i, name in enumerate(flakes["columns"])}
         for i, frame in enumerate(flakes["frames"]):
-            energies[name, i] = light["frames"][i]["intensity"] * unit
+            energies[name, i] = light["frames"][i]["intensity"]
             sparks[name, i] = sum(
                 row[column[c]] * row[column["a"]] for row in frame["rows"] for c in "rgb"
             )
