@@ -237,8 +237,9 @@ class Recipe(Settings):
         if atlas.get("pixels", "color") != "color":
             return given
         is_fire = isinstance(source, dict) and source.get("kind") != "sprites"
-        named = {next(iter(each), "") if isinstance(each, dict) else each for each in exports}
-        if is_fire and named <= {"godot", "unity"} and not _NEED_STRAIGHT & atlas.keys():
+        named = [next(iter(each), "") if isinstance(each, dict) else each for each in exports]
+        is_for_engines = all(name in ("godot", "unity") for name in named)
+        if is_fire and is_for_engines and not _NEED_STRAIGHT & atlas.keys():
             atlas = {"alpha": "premultiplied", **atlas}
         if "godot" in exports and atlas.get("alpha", "straight") == "straight":
             atlas = {"bleed": GODOT_BLEED, **atlas}

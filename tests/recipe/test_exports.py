@@ -62,6 +62,13 @@ def test_mistakes_are_reported_where_they_are(text: str, message: str, write: Wr
     assert "<" not in str(caught.value)
 
 
+@pytest.mark.parametrize("exports", ["[[json]]", "[{}]", "[json, [godot]]", "[[[]]]", "[null]"])
+def test_what_is_no_export_is_refused_at_its_key(exports: str, write: Write) -> None:
+    path = write(f"{SOURCE}exports: {exports}\n")
+    with pytest.raises(RecipeError, match=r"exports\.[01]"):
+        load_tree(read_tree(path))
+
+
 @pytest.mark.parametrize(
     ("options", "key", "advice"),
     [
