@@ -7,11 +7,15 @@ from typing import Self
 import numpy as np
 
 from fire_atlas.core.clip import Clip, Window
+from fire_atlas.core.picture import as_light
 from fire_atlas.core.pixels import Pixels
 from fire_atlas.vision.sampling import evenly_spread
 
 _FRAMES = 3
 """Number of frames that are looked at."""
+
+_ROWS = 16
+"""Every so many rows of the first frame are looked at first."""
 
 _MIN_EDGES = 6
 """Minimum number of columns, and of rows, at which colours change: fewer may be as far apart by
@@ -47,6 +51,9 @@ def find_pixel_grid(clip: Clip) -> PixelGrid:
 
     All colours then change at columns, and at rows, that are multiples of its side apart.
     """
+    some_rows = as_light(np.ascontiguousarray(clip.picture(0)[::_ROWS]))
+    if math.gcd(*np.diff(_edges([some_rows])).tolist()) == 1:
+        return NOT_ENLARGED  # which most clips are, and more edges do not change it
     frames = [clip.read(i) for i in evenly_spread(0, clip.count - 1, _FRAMES)]
     columns, rows = _edges(frames), _edges([frame.transpose(1, 0, 2) for frame in frames])
     if min(len(columns), len(rows)) < _MIN_EDGES:
