@@ -33,7 +33,7 @@ _BURNT = 0.85
 _SPARK = 0.1
 """Fuel of the first flame of a fire that is lit."""
 
-_STEP_TARGET = 1.15
+_STEP_TARGET = 1.1
 """Largest step that is looked for, in median steps: flakes will add to it."""
 
 
