@@ -271,6 +271,11 @@ class StateGraph:
         """The winds of its loops, increasing; none of a fire in one wind."""
         return tuple(state.wind for state in self.states if state.wind is not None)
 
+    @property
+    def first_loop(self) -> str:
+        """Name of the loop that the light of all animations is measured against."""
+        return next(state.animation for state in self.states if state.is_loop)
+
     def of_phase(self, phase: Phase) -> tuple[str, ...]:
         """Return the names of the animations that show a phase, first the main one."""
         return tuple(state.animation for state in self.states if state.phase == phase)

@@ -37,7 +37,7 @@ def lamps_of(atlas: AtlasFile) -> list[Lamp]:
         else:
             measured[animation.name] = _measured(atlas, shown)
         deque(shown, maxlen=0)  # skip its frames
-    loop = None if sheet.states is None else measured.get(sheet.states.states[0].animation)
+    loop = None if sheet.states is None else measured.get(sheet.states.first_loop)
     return [
         tracked.get(each.name)
         or [_of_row(row, 1.0) for row in light_of_frames(measured[each.name], loop)]

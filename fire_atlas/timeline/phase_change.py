@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.easing import smooth_step
 from fire_atlas.core.pixels import Pixels
-from fire_atlas.core.workers import Workers
 from fire_atlas.recipe.phases import MAX_EXIT
 from fire_atlas.vision.thumbnails import distance
 
@@ -134,15 +133,6 @@ def choose_exit(
     if best is None:
         raise ValueError("a fire that is put out has frames")
     return best
-
-
-def median_step(clip: Clip, workers: Workers) -> float:
-    """Return the median root mean square difference of each frame from the next."""
-    count = clip.count if clip.loop else clip.count - 1
-    steps = workers.map(
-        lambda i: distance(clip.read(i), clip.read((i + 1) % clip.count)), range(count)
-    )
-    return float(np.median(list(steps)))
 
 
 def mixed(one: Pixels, other: Pixels, share: float) -> Pixels:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from fire_atlas.core.clip import Clip, kept
 from fire_atlas.core.fire_in_wind import FireInWind, WindChange, even_progress
 from fire_atlas.core.workers import Workers
+from fire_atlas.vision.sampling import frame_steps
 from fire_atlas.vision.thumbnails import distance, shrunk
 
 CHANGE_TIMES = 0.5, 0.75, 1.0, 1.5, 2.0
@@ -70,10 +71,7 @@ class MeasuredLoop:
         """Read all frames of a loop."""
         numbers = range(clip.count)
         small = np.stack(list(workers.map(lambda i: shrunk(clip.read(i), _SIDE), numbers)))
-        steps = workers.map(
-            lambda i: distance(clip.read(i), clip.read((i + 1) % clip.count)), numbers
-        )
-        return cls(clip, small, np.array(list(steps)))
+        return cls(clip, small, frame_steps(clip, workers))
 
 
 def choose_changes(fire: FireInWind, workers: Workers) -> list[ChosenChange]:

@@ -35,6 +35,13 @@ def step_lengths(clip: Clip, workers: Workers) -> NDArray[np.float64]:
     return np.array([distance(*pair) for pair in zip(frames, after, strict=False)])
 
 
+def frame_steps(clip: Clip, workers: Workers) -> NDArray[np.float64]:
+    """Return the same of the frames as they are: root mean square differences."""
+    count = clip.count if clip.loop else clip.count - 1
+    pairs = ((i, (i + 1) % clip.count) for i in range(count))
+    return np.array([*workers.map(lambda pair: distance(*map(clip.read, pair)), pairs)])
+
+
 @dataclass(frozen=True, slots=True)
 class ClipSamples:
     """Small copies of a few frames of a clip.

@@ -43,7 +43,7 @@ def dying_flakes(tracks: Tracks, shown: NDArray[np.intp], fuel: NDArray[np.float
     """
     count = len(shown)
     first, last = (part * count for part in _PUFF)
-    of_loop = Replayed.of(tracks, shown, shed_by(tracks, fuel))
+    of_loop = Replayed.of(tracks, shown, _shed_by(tracks, fuel))
 
     def puffed(
         frame: NDArray[np.intp], born: NDArray[np.intp], flight: NDArray[np.intp]
@@ -64,7 +64,7 @@ def passing_flakes(
 ) -> Tracks:
     """Return the flakes of a fire that is put out at another frame of its loop, while those of
     ``shown`` (n,) pass into those of ``dying``, from its first frame on, by ``share`` (n,)."""
-    shed = shed_by(tracks, fuel)
+    shed = _shed_by(tracks, fuel)
     count = len(shown)
 
     def leaving(
@@ -77,7 +77,7 @@ def passing_flakes(
     return played_together([left, entered], tracks)
 
 
-def shed_by(tracks: Tracks, fuel: NDArray[np.float64]) -> Opacity:
+def _shed_by(tracks: Tracks, fuel: NDArray[np.float64]) -> Opacity:
     """Return the opacity of flakes that are born as ``fuel`` (n,) says, or flew before."""
     chance = _chance(tracks)
 

@@ -128,13 +128,14 @@ def _rows_after(
         by_column(tracks[name].frames[frame])
         for name, frame in ((way.before, way.frame), (way.after, way.entry))
     )
+    from scipy.spatial import KDTree
+
     if not len(there["x"]):
         return np.full(len(here["x"]), -1)
     fps = tracks[way.before].fps
-    ahead = here["x"] + here["vx"] / fps + 1j * (here["y"] + here["vy"] / fps)
-    off = np.abs(ahead[:, np.newaxis] - (there["x"] + 1j * there["y"]))
-    is_same = off.min(axis=1) < _SAME
-    return np.where(is_same, first + off.argmin(axis=1), -1)
+    ahead = np.column_stack([here[axis] + here[f"v{axis}"] / fps for axis in "xy"])
+    off, nearest = KDTree(np.column_stack([there["x"], there["y"]])).query(ahead)
+    return np.where(off < _SAME, first + nearest, -1)
 
 
 def _cells(tracks: Tracks, index: Mapping[str, int]) -> list[int]:

@@ -46,7 +46,7 @@ def lamp_of(
     Energies are relative to the mean of each animation; with a graph of states to that of its first
     loop, so that the lamp shines on evenly from one to the next.
     """
-    loop = None if graph is None else lights[graph.states[0].animation]
+    loop = None if graph is None else lights[graph.first_loop]
     begins, rows, radii = [0], list[tuple[float, ...]](), list[float]()
     for name, light in lights.items():
         for frame in light_of_frames(light, loop):

@@ -312,13 +312,7 @@ def states_of(entry: dict[str, Any], frames: Mapping[str, int]) -> StateGraph:
     """Read a graph of states; ``frames`` has the number of frames of each animation."""
     names = tuple(frames)
     states = tuple(
-        State(
-            one_of(name, names),
-            wind=number(state["wind"], 0, MAX_LEVEL) if "wind" in state else None,
-            following=None if state.get("next") is None else one_of(state["next"], names),
-            phase=one_of(state["phase"], get_args(Phase)) if "phase" in state else None,
-        )
-        for name, state in entry["states"].items()
+        _state_of(one_of(name, names), state, names) for name, state in entry["states"].items()
     )
     winds = [state.wind for state in states if state.wind is not None]
     if not any(state.phase == "burn" for state in states) and (
@@ -335,6 +329,17 @@ def states_of(entry: dict[str, Any], frames: Mapping[str, int]) -> StateGraph:
         for transition in entry["transitions"]
     )
     return StateGraph(states, transitions)
+
+
+def _state_of(name: str, entry: dict[str, Any], names: Sequence[str]) -> State:
+    phase = one_of(entry["phase"], get_args(Phase)) if "phase" in entry else None
+    if phase == "burn":
+        return State(name, phase=phase)
+    if phase is None and "next" not in entry:
+        return State(name, wind=number(entry["wind"], 0, MAX_LEVEL))
+    following = entry["next"]
+    is_end = phase is not None and following is None
+    return State(name, following=None if is_end else one_of(following, names), phase=phase)
 
 
 def map_entries(sheet: AtlasSheet, page: int) -> list[dict[str, Any]]:

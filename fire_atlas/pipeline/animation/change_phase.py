@@ -20,7 +20,7 @@ from fire_atlas.effect.flakes.phase import dying_flakes, lit_flakes, passing_fla
 from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.effect.flame.study import FlameStudy
 from fire_atlas.effect.flame.wisp import LIGHT, Wisp
-from fire_atlas.heat.fuel import FlameFuel
+from fire_atlas.heat.less_fuel import FlameFuel
 from fire_atlas.heat.ready import RampLight
 from fire_atlas.pipeline.animation.animate import (
     PreparedView,
@@ -46,10 +46,9 @@ from fire_atlas.timeline.phase_change import (
     exit_frames,
     extinction,
     ignition,
-    median_step,
     mixed,
 )
-from fire_atlas.vision.sampling import evenly_spread
+from fire_atlas.vision.sampling import evenly_spread, frame_steps
 
 _MEASURED = 8
 """Number of frames by which the colours of a flame are measured."""
@@ -197,9 +196,9 @@ class _PhasedFire:
         found, states = {BURN: self.burning}, [State(BURN, phase="burn")]
         steps, figures = list[StateTransition](), dict[str, Any]()
         if phases.ignite != "none":
-            found[IGNITE], frames = self._lit(phases.ignite)
+            found[IGNITE] = lit = self._lit(phases.ignite)
             states.append(State(IGNITE, following=BURN, phase="ignite"))
-            steps.append(StateTransition(IGNITE, len(frames.shown) - 1, BURN, 0))
+            steps.append(StateTransition(IGNITE, lit.clip.count - 1, BURN, 0))
         if phases.extinguish != "none":
             dying, frames = self._dying(phases.extinguish)
             found[EXTINGUISH] = dying
@@ -217,16 +216,16 @@ class _PhasedFire:
             figures["entry_frames"] = sum(len(chosen.shown) for chosen in exits)
         return found, StateGraph(tuple(states), tuple(steps)), figures
 
-    def _lit(self, seconds: float) -> tuple[SimulatedClip, PhaseFrames]:
+    def _lit(self, seconds: float) -> SimulatedClip:
         """Return the fire as it is lit, in ``seconds`` or as its clip shows it."""
         loop, filmed = self.burning.clip, self.filmed
         if filmed is None or filmed.lit is None:
             frames = ignition(loop.count, _count(seconds, loop.fps))
-            return self._played(frames, self._picture(frames), lit_flakes), frames
+            return self._played(frames, self._picture(frames), lit_flakes)
         count = filmed.lit.count
         frames = PhaseFrames(np.arange(-count, 0) % loop.count, filmed.lit_fuel)
         self._note_filmed(IGNITE, filmed.lit)
-        return self._played(frames, filmed.lit.read, lit_flakes), frames
+        return self._played(frames, filmed.lit.read, lit_flakes)
 
     def _dying(self, seconds: float) -> tuple[SimulatedClip, PhaseFrames]:
         """Return the fire as it goes out, in ``seconds`` or as its clip shows it."""
@@ -249,7 +248,7 @@ class _PhasedFire:
     def _exits(self, frames: PhaseFrames, dying: Clip, main: int) -> list[Exit]:
         """Return how the fire goes out after other frames of its loop than the ``main`` one."""
         loop, workers = self.burning.clip, self.context.workers
-        units = median_step(loop, workers), median_step(dying, workers)
+        usual, last = (float(np.median(frame_steps(clip, workers))) for clip in (loop, dying))
         exits = list(
             workers.map(
                 lambda frame: choose_exit(
@@ -257,7 +256,7 @@ class _PhasedFire:
                     loop,
                     dying,
                     frames.fuel,
-                    units,
+                    (usual, last),
                     self.draw,
                     is_drawn=self.burning.is_drawn,
                 ),

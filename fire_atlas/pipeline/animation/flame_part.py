@@ -122,15 +122,16 @@ def parting(clip: Clip, flame: FlameSegmentation, context: BuildContext) -> Call
         scene = np.dstack([np.minimum(behind, darkest[..., :3]), darkest[..., 3]])
         return lambda i: _without(clip.read(i), as_plane(scene))
 
-    if part.still is not None:  # of fire on black, all that does not stand still is light
-        glow = 1 - part.still[..., None]
-        return lambda i: Parted(as_plane(clip.read(i) * glow), as_plane(clip.read(i) * (1 - glow)))
+    def rest_of(whole: Pixels) -> Plane:
+        if part.still is not None:  # of fire on black, all that does not stand still is light
+            return part.still
+        # What hides no more than its light needs is light, of whatever colour.
+        solid = np.minimum(hidden_by_coverage(whole) * _SURE, 1)
+        return as_plane((1 - part.of_picture(whole)) * solid)
 
     def parted(i: int) -> Parted:
         whole = clip.read(i)
-        # What hides no more than its light needs is light, of whatever colour.
-        solid = np.minimum(hidden_by_coverage(whole) * _SURE, 1)
-        rest = ((1 - part.of_picture(whole)) * solid)[..., None]
+        rest = rest_of(whole)[..., None]
         return Parted(as_plane(whole * (1 - rest)), as_plane(whole * rest))
 
     return parted

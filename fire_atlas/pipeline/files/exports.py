@@ -86,7 +86,7 @@ def track_files(formats: Sequence[TrackName], product: Product) -> Iterator[Outp
     for animation, light in product.lights.items():
         from fire_atlas.formats.tracks.light import write_light
 
-        loop = None if states is None else product.lights[states.states[0].animation]
+        loop = None if states is None else product.lights[states.first_loop]
         yield write_light(product.stem(animation), light, loop)
 
 

@@ -5,7 +5,7 @@ import pytest
 from numpy.typing import NDArray
 
 from fire_atlas.core.pixels import Pixels, encode_unit
-from fire_atlas.heat.fuel import FlameFuel
+from fire_atlas.heat.less_fuel import FlameFuel
 from fire_atlas.vision.pixel_grid import PixelGrid
 from tests.support.clips import open_clip
 
