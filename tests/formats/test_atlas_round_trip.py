@@ -315,3 +315,37 @@ def test_a_graph_of_states_of_another_making_is_refused(
     path.write_text(json.dumps(document))
     with pytest.raises(SourceError, match=f"is not an atlas that fire-atlas wrote.*{reason}"):
         read_atlas(path)
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        (lambda states: states["ignite"].pop("next"), "KeyError: 'next'"),
+        (lambda states: states["ignite"].update(next="storm"), "'storm' is not one of"),
+        (lambda states: states["burn"].update(phase="glow"), "'glow' is not one of"),
+        (lambda states: states["burn"].pop("phase"), "KeyError: 'wind'"),
+        (lambda states: states["extinguish"].pop("phase"), "None is not one of"),
+        (lambda states: states.pop("burn"), "two or more that increase"),
+    ],
+)
+def test_phases_are_read_as_written_and_of_another_making_refused(
+    change: Callable[[dict[str, Any]], object], reason: str, tmp_path: Path
+) -> None:
+    frame = trimmed(np.full((8, 8, 4), 9, np.uint8))
+    names = "burn", "ignite", "extinguish"
+    played = [AnimationFrames(n, (frame, frame), 40.0, n == "burn", None) for n in names]
+    states = StateGraph(
+        (
+            State("burn", phase="burn"),
+            State("ignite", following="burn", phase="ignite"),
+            State("extinguish", phase="extinguish"),
+        ),
+        (StateTransition("ignite", 1, "burn", 0), StateTransition("burn", 1, "extinguish", 0)),
+    )
+    path = write_json(replace(build_sheets("fire", played, Atlas())[0], states=states), tmp_path)
+    document = json.loads(path.read_bytes())
+    assert read_atlas(path).sheet.states == states
+    change(document["meta"]["states"]["states"])
+    path.write_text(json.dumps(document))
+    with pytest.raises(SourceError, match=f"is not an atlas that fire-atlas wrote.*{reason}"):
+        read_atlas(path)
