@@ -12,7 +12,7 @@ from fire_atlas.core.camera import Camera
 from fire_atlas.core.clip import Clip, cached
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.fire_in_wind import FireInWind, WindChange, change_shares
-from fire_atlas.core.picture import has_transparency, to_light
+from fire_atlas.core.picture import brightest, has_transparency, to_light
 from fire_atlas.core.pixels import Pixels
 from fire_atlas.generators.rendering import rendered_clip
 from fire_atlas.generators.settings import GenerationSettings
@@ -242,7 +242,7 @@ def _read_masks(
             )
         picture = decode(path, header)
         light = to_light(picture)
-        burns = light[..., 3] if has_transparency(picture) else light[..., :3].max(axis=2)
+        burns = light[..., 3] if has_transparency(picture) else brightest(light)
         if not (burns > _BURNS).any():
             raise SourceError(f"{path}: nothing in it is opaque, or bright, so nothing burns")
         number = key[2] if len(key) == len(("source", "sheets", 0, "on")) else 0

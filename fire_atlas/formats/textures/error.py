@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.atlas.encode import light_over_black
+from fire_atlas.core.picture import brightest
 from fire_atlas.core.pixels import Bytes, hue_difference, is_visible, psnr_of
 from fire_atlas.core.workers import Workers
 
@@ -100,7 +101,7 @@ def _bands(
 def _compared(ours: Bytes, exact: Bytes, alpha: str, blend_space: str) -> _BandSums:
     channels = 3 if alpha == "additive" else 4
     one, other = (_premultiplied(image, alpha == "straight") for image in (ours, exact))
-    visible = is_visible(exact[..., 3], other[..., :3].max(axis=2) / 255)
+    visible = is_visible(exact[..., 3], brightest(other) / 255)
     difference = (one - other)[visible][:, :channels]
     light = [light_over_black(image, alpha, blend_space)[visible] for image in (ours, exact)]
     steps = (hue_difference(*light) / np.float32(_HUE_STEP)).astype(np.intp)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.camera import Camera
 from fire_atlas.core.clip import FrontSurface, Values
+from fire_atlas.core.picture import brightest
 from fire_atlas.core.pixels import (
     REC709,
     Pixels,
@@ -188,9 +189,9 @@ def shown_gas(seen: SeenGas, blend_space: str) -> Pixels:
     colour = exposed(as_plane(seen.smoke / np.maximum(opacity, _LEAST_OPACITY)[..., None]))
     fire = encoded(exposed(seen.fire))
     shown = 1 - (1 - encoded(colour) * opacity[..., None]) * (1 - fire)
-    coverage = 1 - (1 - opacity) * (1 - fire.max(axis=2))
+    coverage = 1 - (1 - opacity) * (1 - brightest(fire))
     return pixels_of_added(
-        as_plane(shown), as_plane(np.maximum(coverage, shown.max(axis=2))), blend_space
+        as_plane(shown), as_plane(np.maximum(coverage, brightest(shown))), blend_space
     )
 
 

@@ -14,6 +14,7 @@ from fire_atlas.core.camera import Camera
 from fire_atlas.core.clip import Clip, FrontSurface, Values
 from fire_atlas.core.dither import dithered
 from fire_atlas.core.easing import smooth_step
+from fire_atlas.core.picture import brightest
 from fire_atlas.core.pixels import Pixels, Plane, as_plane
 from fire_atlas.generators.front import POINT_DISTANCE, PointCloud, front_surface_of
 from fire_atlas.generators.settings import GenerationSettings
@@ -51,6 +52,9 @@ _SAMPLES = 2
 
 _BATCH = 16
 """Number of sheets drawn at once, which limits memory."""
+
+_MOST_KEPT = 1 << 21
+"""Number of samples of sheets that are kept while a picture is drawn, which limits memory."""
 
 _VANISHING_COSINE, _FADE_RANGE = 0.3, 0.55
 """Cosine between a sheet's normal and the line of sight at which it vanishes, and increase of that
@@ -117,9 +121,9 @@ class _FlameFragments:
 
     Attributes:
         pixel: (n,) index of the sample, row by row.
-        light: (n, 3) light that the flame sheds there.
+        light: (3, n) light that the flame sheds there.
         thickness: (n,) optical depth of its flame and soot.
-        dimming: (n, 3) how much an optical depth in front dims its red, green and blue.
+        dimming: (3, n) or (3, 1) how much an optical depth in front dims its red, green and blue.
         depth: (n,) depth, heights.
     """
 
@@ -163,7 +167,8 @@ class SilkRenderer:
         if edge.any():
             shown[edge] = _averaged(expose(light), camera)[edge]
         if self.glow:
-            glows = _averaged(seen.glow.max(axis=2) - light.max(axis=2) / 2, camera) > 0
+            more = as_plane(brightest(seen.glow) - brightest(light) / 2)
+            glows = _averaged(more, camera) > 0
             shown = np.where(glows[..., None], dithered(shown), shown)
         return SilkFrame(shown, coverage)
 
@@ -196,14 +201,20 @@ class SilkRenderer:
         light = np.zeros((height, width, 3), np.float32)
         medium = raster.Medium(height * width)
         batches = self._batches()
-        first = self._flame(i, batches[0], camera, intruders)
-        for n, sheets in enumerate(batches):
-            flame = self._flame(i, sheets, camera, intruders) if n else first
+        kept: list[_FlameFragments] = []  # others are drawn anew
+        room = _MOST_KEPT
+        for sheets in batches:
+            flame = self._flame(i, sheets, camera, intruders)
             medium.add(flame.pixel, flame.depth, flame.thickness)
+            if len(kept) * _BATCH == sheets.start and (room := room - len(flame.pixel)) >= 0:
+                kept.append(flame)
+        before = medium.before()
         for n, sheets in enumerate(batches):
-            flame = self._flame(i, sheets, camera, intruders) if n else first
-            passed = medium.transmittance(flame.pixel, flame.depth, flame.thickness, flame.dimming)
-            light += raster.accumulate(flame.pixel, flame.light * passed, width, height)
+            flame = kept[n] if n < len(kept) else self._flame(i, sheets, camera, intruders)
+            shown = before.let_through(
+                flame.light, flame.pixel, flame.depth, flame.thickness, flame.dimming
+            )
+            light += raster.accumulate(flame.pixel, shown, width, height)
         glow = np.zeros_like(light)
         if self.glow:
             scale = camera.scale * self.samples
@@ -225,7 +236,7 @@ class SilkRenderer:
         thickness = np.zeros((height, width, 1), np.float32)
         for sheets in self._batches():
             flame = self._flame(i, sheets, camera, intruders)
-            thickness += raster.accumulate(flame.pixel, flame.thickness[:, None], width, height)
+            thickness += raster.accumulate(flame.pixel, flame.thickness[None], width, height)
         return _averaged(-np.expm1(-thickness[..., 0]), camera)
 
     def front_surface(self, i: int, camera: Camera) -> FrontSurface:
@@ -278,14 +289,16 @@ class SilkRenderer:
             steps = np.gradient(texel[..., 0], axis=2), np.gradient(texel[..., 1], axis=1)
             tangents = along / steps[0][..., None], down / steps[1][..., None]
             attributes = np.concatenate([texel, opacity[..., None], velocity, *tangents], axis=-1)
-            triangles = raster.mesh_triangles(position, attributes)
+            texture = self.textures.motion(i, sheets)
+            triangles = cull_dark(raster.mesh_triangles(position, attributes), texture[..., :1])
             fragments = raster.rasterise(triangles, width, height, tiles=camera.tiles)
-            a = fragments.attributes
-            found = raster.sample_texture(self.textures.motion(i, sheets), a)
-            weight = found[:, 0] * a[:, 2]
-            moved = a[:, 3:5] + a[:, 5:7] * found[:, 1:2] + a[:, 7:9] * found[:, 2:3]
-            weighted = np.concatenate([weight[:, None], moved * weight[:, None]], axis=1)
-            total += raster.accumulate(fragments.pixel, weighted, width, height)
+            luminance, right, down = raster.sample_texture(texture, fragments.attributes).T
+            _, _, opacity, *a = fragments.attributes.T
+            moved = np.stack([a[k] + a[2 + k] * right + a[4 + k] * down for k in range(2)])
+            weight = luminance * opacity
+            total += raster.accumulate(
+                fragments.pixel, np.stack([weight, *(moved * weight)]), width, height
+            )
         weight = total[..., :1]
         still = np.zeros((height, width, 2), np.float32)
         return np.asarray(np.divide(total[..., 1:], weight, out=still, where=weight > _MAX_DARK))
@@ -300,23 +313,30 @@ class SilkRenderer:
         pixel, light, depth = (np.concatenate(batches) for batches in zip(*(
             self._light_in_depth(i, sheets, camera) for sheets in self._batches()
         ), strict=True))  # fmt: skip
-        order = np.lexsort((-depth, pixel))
-        pixel, light, depth = pixel[order], light[order], depth[order]
         if not len(pixel):
             return np.zeros(len(x))
-        drawn, first = np.unique(pixel, return_index=True)
         x = np.mod(x, width) if camera.tiles else x
         column, row = (
             np.clip(place, 0, size - 1).astype(np.intp) for place, size in ((x, width), (y, height))
         )
-        group = np.minimum(np.searchsorted(drawn, row * width + column), len(drawn) - 1)
-        for k in np.flatnonzero(drawn[group] != row * width + column):
-            away = np.square(drawn // width - row[k]) + np.square(drawn % width - column[k])
-            group[k] = np.argmin(away)
+        drawn, at = np.zeros(width * height, np.bool_), row * width + column
+        drawn[pixel] = True
+        if not drawn[at].all():
+            known = np.flatnonzero(drawn)
+            for k in np.flatnonzero(~drawn[at]):
+                away = np.square(known // width - row[k]) + np.square(known % width - column[k])
+                at[k] = known[np.argmin(away)]
+        wanted, group = np.unique(at, return_inverse=True)
+        asked = np.zeros_like(drawn)
+        asked[wanted] = True
+        here = np.flatnonzero(asked[pixel])
+        here = here[np.lexsort((-depth[here], pixel[here]))]
+        pixel, light, depth = pixel[here], light[here], depth[here]
+        first = np.asarray(np.searchsorted(pixel, wanted))
         behind = np.append(0.0, np.cumsum(light, dtype=np.float64))
         begin, end = first[group], np.append(first, len(pixel))[group + 1]
-        wanted = behind[begin] + share * (behind[end] - behind[begin])
-        found = np.searchsorted(behind, wanted, side="right") - 1
+        sought = behind[begin] + share * (behind[end] - behind[begin])
+        found = np.searchsorted(behind, sought, side="right") - 1
         return np.asarray(depth[np.clip(found, begin, end - 1)], np.float64)
 
     def _light_in_depth(
@@ -329,11 +349,11 @@ class SilkRenderer:
         opacity = opacity * self.density(i, sheets)
         texel = self.textures.texel_grid(sheets, *opacity.shape[1:3])
         attributes = np.concatenate([texel, opacity[..., None], projected[..., 2:]], axis=-1)
-        triangles = cull_dark(raster.mesh_triangles(projected[..., :2], attributes), texture)
+        triangles = raster.mesh_triangles(projected[..., :2], attributes)
+        triangles = cull_dark(triangles, texture[..., :3])
         size = camera.width, camera.height
         seen = raster.rasterise(triangles, *size, tiles=camera.tiles)
-        found = raster.sample_texture(texture, seen.attributes)[:, :3].max(axis=1)
-        light = found * seen.attributes[:, 2]
+        light = brightest(raster.sample_texture(texture, seen.attributes)) * seen.attributes[:, 2]
         is_bright = light > _MAX_DARK
         return seen.pixel[is_bright], light[is_bright], seen.attributes[is_bright, 3]
 
@@ -387,12 +407,12 @@ class SilkRenderer:
         triangles = raster.mesh_triangles(projected[..., :2] * self.samples, attributes)
         lit = cull_dark(triangles, texture)
         fragments = raster.rasterise(lit, width, height, tiles=camera.tiles)
-        found = raster.sample_texture(texture, fragments.attributes) * fragments.attributes[:, 2:6]
+        found = raster.sample_texture(texture, fragments.attributes).T * fragments.attributes.T[2:6]
         depth = fragments.attributes[:, 6]
         if not intruders.is_empty:
-            found *= intruders.shows(fragments.pixel, depth)[:, None]
+            found *= intruders.shows(fragments.pixel, depth)
         dimming = self.textures.dimming(sheets, fragments.attributes[:, 1])
-        return _FlameFragments(fragments.pixel, found[:, :3], found[:, 3], dimming, depth)
+        return _FlameFragments(fragments.pixel, found[:3], found[3], dimming, depth.copy())
 
     def _hearth(self, i: int) -> Hearth:
         """Return the place where the fire burns that does from the start, at frame ``i``."""

@@ -5,6 +5,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fire_atlas.core.picture import brightest
 from fire_atlas.core.pixels import Bytes, Plane, as_plane
 from fire_atlas.maps.vectors.flow import StepMotion, Vectors
 
@@ -45,7 +46,7 @@ def cell_vectors(
     wanted = np.maximum(change_weight(before, here), change_weight(here, after))
     vectors = as_plane(_mean_motion(steps) * (reliability * wanted)[..., None])
     shown = np.asarray(cv2.max(cv2.max(before, here), after), np.uint8)
-    return extended(vectors, np.asarray(shown.max(axis=2) > _VISIBLE), pad)
+    return extended(vectors, np.asarray(brightest(shown) > _VISIBLE), pad)
 
 
 def _mean_motion(steps: tuple[StepMotion | None, StepMotion | None]) -> Vectors:
