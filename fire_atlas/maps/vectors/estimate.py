@@ -12,7 +12,7 @@ from fire_atlas.core.pixels import Bytes, Plane
 from fire_atlas.core.workers import Workers
 from fire_atlas.maps.vectors.cells import PAD, PAD_SHARE, cell_vectors
 from fire_atlas.maps.vectors.cross_validation import (
-    TestedFrame,
+    Residuals,
     ValidationReport,
     better_method,
     helps,
@@ -22,7 +22,6 @@ from fire_atlas.maps.vectors.cross_validation import (
 from fire_atlas.maps.vectors.encoding import MotionEncoding
 from fire_atlas.maps.vectors.flow import Method, Vectors
 from fire_atlas.maps.vectors.held_out import (
-    Gap,
     for_half_the_step,
     gaps_of_fewer,
     gaps_to_test,
@@ -125,6 +124,22 @@ def estimate_motion(
     return Motion(*size, cells, longest_of(cells), best.report, tiles=margin > 0)
 
 
+class _Trial(NamedTuple):
+    """How one method does on held-out frames.
+
+    Attributes:
+        steps: The motion, as far as it is kept.
+        reliable: (h, w), by what to scale its vectors over the steps that were tested.
+        left: What it leaves of those to be played.
+        halved: What it leaves with half of the frames, if that is what was tested.
+    """
+
+    steps: Steps
+    reliable: Plane
+    left: Residuals
+    halved: Residuals | None
+
+
 class _Better(NamedTuple):
     """The better method.
 
@@ -152,37 +167,37 @@ def _better(
     if not gaps:
         return None
 
-    def tested(gaps: Sequence[Gap], steps: Steps) -> list[TestedFrame]:
-        frames = two_fold(hold_out(gaps, steps, pad, workers))
-        steps.forget_all_but(steps.played())
-        return frames
-
-    trials, left = {}, {}
-    for method in get_args(Method):
+    trials = dict[Method, _Trial]()
+    for method in get_args(Method)[::-1]:  # DIS stays more often: its steps are kept, to be played
         steps = Steps(pictures, loop, method, workers)
-        trials[method] = steps, tested(gaps, steps)
-        left[method] = residuals(trials[method][1], encoding, steps_are_double=double)
+        held_out = hold_out(gaps, steps, pad, workers)
+        steps.forget_all_but(steps.played() if method == "dis" else [])
+        tested = two_fold(held_out)
+        trials[method] = _Trial(
+            steps,
+            reliability(held_out, pictures[0].shape[:2]),
+            residuals(tested, encoding, steps_are_double=double),
+            residuals(tested, encoding) if double else None,
+        )
+        del held_out, tested  # one method's vectors at a time, for memory
+    left = {name: trial.left for name, trial in trials.items()}
     method = better_method(left, steps_are_double=double)
-    steps, frames = trials.pop(method)
+    steps, reliable, best, halved = trials[method]
     trials.clear()
-
-    fewer = {}
+    fewer = {2: halved} if halved is not None else {}
     for times in _FEWER:
-        if times == 2 and double:
-            fewer[times] = residuals(frames, encoding)
-        elif others := gaps_of_fewer(pictures, loop, times):
-            fewer[times] = residuals(tested(others, steps), encoding)
-    best = left[method]
+        if times not in fewer and (others := gaps_of_fewer(pictures, loop, times)):
+            fewer[times] = residuals(two_fold(hold_out(others, steps, pad, workers)), encoding)
+            steps.forget_all_but(steps.played())
     report = ValidationReport(
         len(gaps),
         best.gain,
         helps(best, steps_are_double=double),
         method,
-        {"blend": best.blend, **{name: each.vectors for name, each in left.items()}},
+        {"blend": best.blend, **{name: left[name].vectors for name in get_args(Method)}},
         fewer,
         best.still,
     )
-    reliable = reliability([tested.frame for tested in frames], pictures[0].shape[:2])
     return _Better(steps, for_half_the_step(reliable) if double else reliable, report)
 
 
