@@ -19,7 +19,7 @@ from fire_atlas.generators.front import POINT_DISTANCE, PointCloud, front_surfac
 from fire_atlas.generators.settings import GenerationSettings
 from fire_atlas.generators.silk import raster
 from fire_atlas.generators.silk.colour import expose
-from fire_atlas.generators.silk.glow import scattered
+from fire_atlas.generators.silk.glow import edge_fade, scattered
 from fire_atlas.generators.silk.ignition import Ignition
 from fire_atlas.generators.silk.intruder_drawing import (
     Hearth,
@@ -64,6 +64,10 @@ _THINNING = 0.35
 
 _MAX_THINNING = 4.0
 """Limit of how much thinner fast gas is, so that a flame that is carried along does not vanish."""
+
+_SIDE_FADE = 0.1
+"""Distance from the sides of the frame over which flames die, heights: a fire that wind bends out
+of its frame would be cut there."""
 
 _NEAR_FADE = 0.25
 """Distance before the camera within which sheets fade, heights."""
@@ -389,6 +393,9 @@ class SilkRenderer:
         fragments = raster.rasterise(lit, width, height, tiles=camera.tiles)
         found = raster.sample_texture(texture, fragments.attributes) * fragments.attributes[:, 2:6]
         depth = fragments.attributes[:, 6]
+        if not camera.tiles:
+            alive = edge_fade(width, _SIDE_FADE * camera.scale * self.samples) ** 2
+            found *= alive[fragments.pixel % width][:, None]
         if not intruders.is_empty:
             found *= intruders.shows(fragments.pixel, depth)[:, None]
         dimming = self.textures.dimming(sheets, fragments.attributes[:, 1])
