@@ -219,7 +219,7 @@ class SilkRenderer:
         passed = np.exp(-medium.thickness).astype(np.float32).reshape(height, width, 1)
         return _SeenLight(light, intruders.lit_by(lights) * passed, glow, intruders.coverage)
 
-    def smoke(self, i: int, camera: Camera) -> Plane:
+    def soot(self, i: int, camera: Camera) -> Plane:
         """Return the share of light (height, width), 0..1, that soot keeps back in frame ``i``: of
         an optical depth τ of all sheets, 1 − exp(−τ)."""
         width, height = camera.width * self.samples, camera.height * self.samples
@@ -507,8 +507,9 @@ class SilkView:
         return self.renderer.front_surface(index, self.camera)
 
     def smoke(self, index: int) -> Plane:
-        """Return the share of light (height, width), 0..1, that soot keeps back in a frame."""
-        return self.renderer.smoke(index, self.camera)
+        """Return the share of light (height, width), 0..1, that the soot in the flame keeps back in
+        a frame: no smoke rises over it."""
+        return self.renderer.soot(index, self.camera)
 
     def solids(self, index: int) -> Pixels:
         """Return the light and coverage (height, width, 4) of what stands in the fire."""

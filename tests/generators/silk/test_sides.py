@@ -39,7 +39,11 @@ def test_nothing_is_cut_at_the_sides_in_any_wind(kind: str, azimuth: float) -> N
 
 
 def test_what_burns_far_from_the_sides_is_as_it_is_in_a_wider_frame() -> None:
-    narrow: dict[str, Any] = {"width": 72, "height": 96, "sheets": {"count": 4, "width": 0.2, "height": 0.6}}
+    narrow: dict[str, Any] = {
+        "width": 72,
+        "height": 96,
+        "sheets": {"count": 4, "width": 0.2, "height": 0.6},
+    }
     wide = {**narrow, "width": 120}
     light, further = (fire(4, **size).draw(2, camera(**size)).light for size in (narrow, wide))
     assert light.max() > 0.5

@@ -52,7 +52,7 @@ def front(elevation: float = 0.0) -> Camera:
 
 DRAWN: dict[str, Callable[[SilkRenderer, Camera], NDArray[Any]]] = {
     "light": lambda made, eye: made.draw(3, eye).light,
-    "smoke": lambda made, eye: made.smoke(3, eye),
+    "soot": lambda made, eye: made.soot(3, eye),
     "motion": lambda made, eye: made.motion(3, eye),
 }
 
