@@ -38,7 +38,7 @@ def scattered(
     width = light.shape[1]
     margin = math.ceil(_REACH * max(_SPREADS) * scale) if tiles else 0
     around = between_copies(light, margin)
-    glow = np.sum([_blurred(around, spread * scale) for spread in _SPREADS], axis=0)
+    glow = np.sum([blurred(around, spread * scale) for spread in _SPREADS], axis=0)
     glow = glow[:, margin : margin + width]
     rows, columns = (edge_fade(length, _EDGE * scale) for length in light.shape[:2])
     columns = np.ones_like(columns) if tiles else columns
@@ -46,7 +46,7 @@ def scattered(
     return np.asarray(np.maximum(glow, 0) * weight[..., None], np.float32)
 
 
-def _blurred(light: NDArray[np.float32], spread: float) -> NDArray[np.float32]:
+def blurred(light: NDArray[np.float32], spread: float) -> NDArray[np.float32]:
     """Return ``light`` blurred by a Gaussian of standard deviation ``spread``, samples."""
     height, width = light.shape[:2]
     factor = min(1.0, _COARSE / spread)

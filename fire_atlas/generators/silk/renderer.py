@@ -18,6 +18,7 @@ from fire_atlas.core.pixels import Pixels, Plane, as_plane
 from fire_atlas.generators.front import POINT_DISTANCE, PointCloud, front_surface_of
 from fire_atlas.generators.settings import GenerationSettings
 from fire_atlas.generators.silk import raster
+from fire_atlas.generators.silk.burning_picture import CharredPicture, PictureBuffers
 from fire_atlas.generators.silk.colour import expose
 from fire_atlas.generators.silk.glow import edge_fade, scattered
 from fire_atlas.generators.silk.ignition import Ignition
@@ -145,6 +146,7 @@ class SilkRenderer:
         ignition: Which sheets and objects burn.
         frames: Number of frames.
         glow: Part of the flame's light that is scattered around it.
+        pictures: The pictures that burn.
         samples: Samples per pixel along each axis.
     """
 
@@ -154,6 +156,7 @@ class SilkRenderer:
     ignition: Ignition
     frames: int
     glow: float
+    pictures: tuple[CharredPicture, ...] = ()
     samples: int = _SAMPLES
 
     def draw(self, i: int, camera: Camera) -> SilkFrame:
@@ -174,7 +177,7 @@ class SilkRenderer:
     def solids(self, i: int, camera: Camera) -> SilkFrame:
         """Draw what stands in the fire in frame ``i``, in the flames' light and seen through them,
         and the glow of hazy air before it, but not the flames before it."""
-        if not any(body.visible for body in self.scene.intruders):
+        if not any(body.visible for body in self.scene.intruders) and not self.pictures:
             bare = np.zeros((camera.height, camera.width), np.float32)
             return SilkFrame(np.repeat(bare[..., None], 3, axis=2), bare)
         seen = self._seen(i, camera)
@@ -188,7 +191,14 @@ class SilkRenderer:
     def solid_cover(self, i: int, camera: Camera) -> Plane:
         """Return the coverage (height, width) of what stands in the fire in frame ``i``."""
         intruders, time = self.scene.intruders, i / self.scene.fps
-        return _averaged(intruder_coverage(intruders, time, camera, self.samples), camera)
+        coverage = intruder_coverage(intruders, time, camera, self.samples)
+        for picture in self._seen_pictures(camera):
+            coverage = np.maximum(coverage, picture.coverage)
+        return _averaged(coverage, camera)
+
+    def _seen_pictures(self, camera: Camera) -> list[PictureBuffers]:
+        seen = (picture.seen_by(camera, self.samples) for picture in self.pictures)
+        return [picture for picture in seen if picture is not None]
 
     def _seen(self, i: int, camera: Camera) -> _SeenLight:
         """Return what ``camera`` sees of the flames and of what stands in them in frame ``i``."""
@@ -212,12 +222,21 @@ class SilkRenderer:
         if self.glow:
             scale = camera.scale * self.samples
             glow = scattered(light, scale, self.glow, tiles=camera.tiles)
-        if intruders.is_empty:
-            return _SeenLight(light, np.zeros_like(light), glow, np.zeros_like(light[..., 0]))
-        total = light.sum(axis=(0, 1), dtype=np.float64) / (camera.scale * self.samples) ** 2
-        lights = [(total * share, place) for share, place in self._fires(i, camera)]
+        solid, coverage = np.zeros_like(light), np.zeros_like(light[..., 0])
+        pictures = self._seen_pictures(camera)
+        if intruders.is_empty and not pictures:
+            return _SeenLight(light, solid, glow, coverage)
         passed = np.exp(-medium.thickness).astype(np.float32).reshape(height, width, 1)
-        return _SeenLight(light, intruders.lit_by(lights) * passed, glow, intruders.coverage)
+        for picture in pictures:
+            solid += picture.lit_by(light, self._hearth(i)) * passed
+            coverage = np.maximum(coverage, picture.coverage)
+        if not intruders.is_empty:
+            total = light.sum(axis=(0, 1), dtype=np.float64) / (camera.scale * self.samples) ** 2
+            lights = [(total * share, place) for share, place in self._fires(i, camera)]
+            bodies = intruders.lit_by(lights) * passed
+            solid = solid * (1 - intruders.coverage[..., None]) + bodies
+            coverage = np.maximum(coverage, intruders.coverage)
+        return _SeenLight(light, solid, glow, coverage)
 
     def soot(self, i: int, camera: Camera) -> Plane:
         """Return the share of light (height, width), 0..1, that soot keeps back in frame ``i``: of
@@ -398,6 +417,8 @@ class SilkRenderer:
             found *= alive[fragments.pixel % width][:, None]
         if not intruders.is_empty:
             found *= intruders.shows(fragments.pixel, depth)[:, None]
+        for picture in self._seen_pictures(camera):
+            found *= picture.shows(fragments.pixel, depth)[:, None]
         dimming = self.textures.dimming(sheets, fragments.attributes[:, 1])
         return _FlameFragments(fragments.pixel, found[:, :3], found[:, 3], dimming, depth)
 
@@ -539,7 +560,15 @@ def generate_silk(
     textures = make_textures(source, settings, footage, scene, recording)
     ignition = Ignition.of(scene, recording, textures)
     textures = replace(textures, burning=ignition.burning)
-    return SilkRenderer(scene, recording, textures, ignition, settings.frames, source.glow)
+    foot = scene.model.rest[:, 0].mean(axis=1)[:, [0, 2]]
+    pictures = tuple(
+        CharredPicture(picture, picture.colours, foot[np.equal(scene.fires, fire)])
+        for fire, picture in masks.items()
+        if picture.colours is not None
+    )
+    return SilkRenderer(
+        scene, recording, textures, ignition, settings.frames, source.glow, pictures
+    )
 
 
 def planned_scene(
@@ -577,6 +606,7 @@ def changing_silk(
         before.ignition.changing_to(after.ignition, share),
         before.frames,
         before.glow,
+        before.pictures,
     )
 
 
