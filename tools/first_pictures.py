@@ -33,7 +33,7 @@ BEHIND = {"burning_crate": "crate.png"}
 RAMPS = ("soul", "poison", "copper", "gas")
 ONCE = ("explosion", "fireball")
 """What plays once, for as long as its recipe says."""
-LOOPS = ("campfire", "silk_torch", "silk_campfire")
+LOOPS = ("campfire", "silk_torch", "silk_campfire", "embers")
 """What has a picture of its own, as what plays once has."""
 TILES = 3
 """How many frames of `fire_wall` stand side by side."""

@@ -287,7 +287,8 @@ class Maps(Settings):
     smoke: bool = False
     """The smoke as a layer under the fire, ``name.smoke.png``: grey, with the share of the light
     behind it that it keeps back as alpha. The pages then hold the fire without it. For clips with
-    alpha of their own, and for ``source.kind: silk``, whose soot is black smoke."""
+    alpha of their own. For ``source.kind: silk`` it is the soot in the flame, black: no smoke rises
+    over it."""
     normals: bool = False
     """The direction that the front of the fire faces, ``name.normals.png``, for lights: red is
     right, green up, blue towards the viewer. For ``source.kind: silk`` and ``profile``."""

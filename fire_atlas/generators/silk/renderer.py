@@ -19,8 +19,9 @@ from fire_atlas.core.pixels import Pixels, Plane, as_plane
 from fire_atlas.generators.front import POINT_DISTANCE, PointCloud, front_surface_of
 from fire_atlas.generators.settings import GenerationSettings
 from fire_atlas.generators.silk import raster
+from fire_atlas.generators.silk.burning_picture import CharredPicture, PictureBuffers
 from fire_atlas.generators.silk.colour import expose
-from fire_atlas.generators.silk.glow import scattered
+from fire_atlas.generators.silk.glow import edge_fade, scattered
 from fire_atlas.generators.silk.ignition import Ignition
 from fire_atlas.generators.silk.intruder_drawing import (
     Hearth,
@@ -68,6 +69,10 @@ _THINNING = 0.35
 
 _MAX_THINNING = 4.0
 """Limit of how much thinner fast gas is, so that a flame that is carried along does not vanish."""
+
+_SIDE_FADE = 0.1
+"""Distance from the sides of the frame over which flames die, heights: a fire that wind bends out
+of its frame would be cut there."""
 
 _NEAR_FADE = 0.25
 """Distance before the camera within which sheets fade, heights."""
@@ -145,6 +150,7 @@ class SilkRenderer:
         ignition: Which sheets and objects burn.
         frames: Number of frames.
         glow: Part of the flame's light that is scattered around it.
+        pictures: The pictures that burn.
         samples: Samples per pixel along each axis.
     """
 
@@ -154,6 +160,7 @@ class SilkRenderer:
     ignition: Ignition
     frames: int
     glow: float
+    pictures: tuple[CharredPicture, ...] = ()
     samples: int = _SAMPLES
 
     def draw(self, i: int, camera: Camera) -> SilkFrame:
@@ -175,7 +182,7 @@ class SilkRenderer:
     def solids(self, i: int, camera: Camera) -> SilkFrame:
         """Draw what stands in the fire in frame ``i``, in the flames' light and seen through them,
         and the glow of hazy air before it, but not the flames before it."""
-        if not any(body.visible for body in self.scene.intruders):
+        if not any(body.visible for body in self.scene.intruders) and not self.pictures:
             bare = np.zeros((camera.height, camera.width), np.float32)
             return SilkFrame(np.repeat(bare[..., None], 3, axis=2), bare)
         seen = self._seen(i, camera)
@@ -189,7 +196,14 @@ class SilkRenderer:
     def solid_cover(self, i: int, camera: Camera) -> Plane:
         """Return the coverage (height, width) of what stands in the fire in frame ``i``."""
         intruders, time = self.scene.intruders, i / self.scene.fps
-        return _averaged(intruder_coverage(intruders, time, camera, self.samples), camera)
+        coverage = intruder_coverage(intruders, time, camera, self.samples)
+        for picture in self._seen_pictures(camera):
+            coverage = np.maximum(coverage, picture.coverage)
+        return _averaged(coverage, camera)
+
+    def _seen_pictures(self, camera: Camera) -> list[PictureBuffers]:
+        seen = (picture.seen_by(camera, self.samples) for picture in self.pictures)
+        return [picture for picture in seen if picture is not None]
 
     def _seen(self, i: int, camera: Camera) -> _SeenLight:
         """Return what ``camera`` sees of the flames and of what stands in them in frame ``i``."""
@@ -219,14 +233,23 @@ class SilkRenderer:
         if self.glow:
             scale = camera.scale * self.samples
             glow = scattered(light, scale, self.glow, tiles=camera.tiles)
-        if intruders.is_empty:
-            return _SeenLight(light, np.zeros_like(light), glow, np.zeros_like(light[..., 0]))
-        total = light.sum(axis=(0, 1), dtype=np.float64) / (camera.scale * self.samples) ** 2
-        lights = [(total * share, place) for share, place in self._fires(i, camera)]
+        solid, coverage = np.zeros_like(light), np.zeros_like(light[..., 0])
+        pictures = self._seen_pictures(camera)
+        if intruders.is_empty and not pictures:
+            return _SeenLight(light, solid, glow, coverage)
         passed = np.exp(-medium.thickness).astype(np.float32).reshape(height, width, 1)
-        return _SeenLight(light, intruders.lit_by(lights) * passed, glow, intruders.coverage)
+        for picture in pictures:
+            solid += picture.lit_by(light, self._hearth(i)) * passed
+            coverage = np.maximum(coverage, picture.coverage)
+        if not intruders.is_empty:
+            total = light.sum(axis=(0, 1), dtype=np.float64) / (camera.scale * self.samples) ** 2
+            lights = [(total * share, place) for share, place in self._fires(i, camera)]
+            bodies = intruders.lit_by(lights) * passed
+            solid = solid * (1 - intruders.coverage[..., None]) + bodies
+            coverage = np.maximum(coverage, intruders.coverage)
+        return _SeenLight(light, solid, glow, coverage)
 
-    def smoke(self, i: int, camera: Camera) -> Plane:
+    def soot(self, i: int, camera: Camera) -> Plane:
         """Return the share of light (height, width), 0..1, that soot keeps back in frame ``i``: of
         an optical depth τ of all sheets, 1 − exp(−τ)."""
         width, height = camera.width * self.samples, camera.height * self.samples
@@ -409,8 +432,13 @@ class SilkRenderer:
         fragments = raster.rasterise(lit, width, height, tiles=camera.tiles)
         found = raster.sample_texture(texture, fragments.attributes).T * fragments.attributes.T[2:6]
         depth = fragments.attributes[:, 6]
+        if not camera.tiles:
+            alive = edge_fade(width, _SIDE_FADE * camera.scale * self.samples) ** 2
+            found *= alive[fragments.pixel % width]
         if not intruders.is_empty:
             found *= intruders.shows(fragments.pixel, depth)
+        for picture in self._seen_pictures(camera):
+            found *= picture.shows(fragments.pixel, depth)
         dimming = self.textures.dimming(sheets, fragments.attributes[:, 1])
         return _FlameFragments(fragments.pixel, found[:3], found[3], dimming, depth.copy())
 
@@ -520,8 +548,9 @@ class SilkView:
         return self.renderer.front_surface(index, self.camera)
 
     def smoke(self, index: int) -> Plane:
-        """Return the share of light (height, width), 0..1, that soot keeps back in a frame."""
-        return self.renderer.smoke(index, self.camera)
+        """Return the share of light (height, width), 0..1, that the soot in the flame keeps back in
+        a frame: no smoke rises over it."""
+        return self.renderer.soot(index, self.camera)
 
     def solids(self, index: int) -> Pixels:
         """Return the light and coverage (height, width, 4) of what stands in the fire."""
@@ -551,7 +580,15 @@ def generate_silk(
     textures = make_textures(source, settings, footage, scene, recording)
     ignition = Ignition.of(scene, recording, textures)
     textures = replace(textures, burning=ignition.burning)
-    return SilkRenderer(scene, recording, textures, ignition, settings.frames, source.glow)
+    foot = scene.model.rest[:, 0].mean(axis=1)[:, [0, 2]]
+    pictures = tuple(
+        CharredPicture(picture, picture.colours, foot[np.equal(scene.fires, fire)])
+        for fire, picture in masks.items()
+        if picture.colours is not None
+    )
+    return SilkRenderer(
+        scene, recording, textures, ignition, settings.frames, source.glow, pictures
+    )
 
 
 def planned_scene(
@@ -589,6 +626,7 @@ def changing_silk(
         before.ignition.changing_to(after.ignition, share),
         before.frames,
         before.glow,
+        before.pictures,
     )
 
 
