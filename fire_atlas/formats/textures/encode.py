@@ -58,7 +58,7 @@ _PASSES: dict[tuple[str, Content], tuple[_Pass, ...]] = {
     ("bc7", "data"): (_Pass(0), _Pass(2, 0.97)),
     ("astc", "straight"): (_Pass(0), _Pass(70, 0.96), _Pass(98, 0.4)),
     ("astc", "premultiplied"): (_Pass(0), _Pass(80, 0.99), _Pass(98, 0.4)),
-    ("astc", "data"): (_Pass(0), _Pass(80, 0.99)),
+    ("astc", "data"): (_Pass(0), _Pass(80, 0.99), _Pass(98, 0.1)),
 }
 """The passes of encoders that can take more effort. Shares were chosen on pages of seven clips so
 that none loses more than one pass over all blocks with an effort of 2 or 80, within 0.05 dB;
