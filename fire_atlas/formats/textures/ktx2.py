@@ -35,8 +35,8 @@ _SCHEMES: dict[Supercompression, int] = {"none": 0, "zstd": 2}
 """Number of each supercompression scheme."""
 
 _ZSTD_FAST, _ZSTD_SMALL = 3, 19
-"""Levels of Zstandard, of 22. On 12 MB of fire 19 takes 1 to 5 s, 60 times as long as 3, for a tenth
-to a third less; beyond it readers need more memory."""
+"""Levels of Zstandard, of 22. On 12 MB of fire 19 takes 1 to 5 s, 60 times as long as 3, and makes
+a tenth to a third less; beyond it readers need more memory."""
 
 _BT709, _LINEAR, _SRGB, _PREMULTIPLIED = 1, 1, 2, 1
 _ETC2_COLOUR, _ALPHA_CHANNEL, _LINEAR_SAMPLE = 2, 15, 0x10
