@@ -179,10 +179,11 @@ FIRES: dict[FireName, ReadyFire] = {
     "explosion": ReadyFire(
         radius=0.085,
         burners=_charge(12, 0.7, 0.8, 0.06),
-        chemistry=Chemistry(1.25, 4.0, 2.4, 1.8, 0.0, 0.25),
-        forces=Forces(lift=2.0, confinement=0.6, stirring=5.0, drag=1.6),
+        chemistry=Chemistry(1.2, 8.0, 2.6, 1.9, 0.0, 0.25),
+        forces=Forces(lift=2.0, confinement=0.8, stirring=8.0, drag=1.6),
         look=Look(
-            emission=300.0, absorption=20.0, hollow=0.0, dense=0.35, hottest=1900.0, contrast=4.5
+            emission=420.0, absorption=10.0, hollow=0.0, dense=0.35, hottest=1900.0, contrast=6.0,
+            extinction=85.0, glow=1.2,
         ),
         smoke=0.65,
         expansion=0.3,

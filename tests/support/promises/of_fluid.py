@@ -95,11 +95,11 @@ def _smoke(fire: Burnt) -> float:
 
 
 def _outline(fire: Burnt) -> float:
-    """Return the mean length of the outline of what covers by a quarter, of the root of its area."""
+    """Return the mean length of the outline of what covers by a quarter, of its area's root."""
     found = []
     for cover in fire.shown[..., 3] > 0.25:
         steps = np.count_nonzero(np.diff(cover, axis=0)) + np.count_nonzero(np.diff(cover, axis=1))
-        found.append(steps / np.sqrt(max(1, np.count_nonzero(cover))))
+        found.append(float(steps / np.sqrt(max(1, int(np.count_nonzero(cover))))))
     return mean(found)
 
 
@@ -127,7 +127,7 @@ LIGHT = Figure("light of the frame, thousandths", Unit.NUMBER, _light)
 WHITENESS = Figure("blue relative to red", Unit.SHARE, _whiteness)
 SMOKE = Figure("part of the background that smoke hides", Unit.NUMBER, _smoke)
 OUTLINE = Figure("length of the outline, of the root of its area", Unit.NUMBER, _outline)
-STEEPNESS = Figure("how steep the edges of the smoke are", Unit.SHARE, _steepness)
+STEEPNESS = Figure("how steep the edges of the smoke are", Unit.NUMBER, _steepness)
 CUBES = Figure("cubes along a height", Unit.NUMBER, _cubes)
 LIT_FRAMES = Figure("frames in which anything is seen", Unit.SHARE, _lit_frames)
 
