@@ -1,7 +1,7 @@
 """How much memory a fire takes: while it is simulated, and while its frames are drawn.
 
 The figures are bounds: of gas that fills its box and does not compress, and of frames that show all
-of it. They were found in October 2026 as the most resident memory of processes and the most that
+of it. They were found in November 2026 as the most resident memory of processes and the most that
 `tracemalloc` counted, at 64 to 120 cubes and 384 to 1024 px.
 """
 
