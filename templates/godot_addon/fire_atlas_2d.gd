@@ -45,6 +45,14 @@ const FireParts := preload("fire_parts.gd")
 	set(times):
 		speed_scale = times
 		_apply()
+## Whether a loop begins at a moment of its own, so that several in a scene do not flicker in step.
+## What plays once begins at its beginning.
+@export var random_start: bool = true
+## How far a loop's speed may be from [member speed_scale]: with 0.1, up to a tenth slower or faster.
+@export_range(0.0, 0.9, 0.01) var speed_spread: float = 0.1:
+	set(part):
+		speed_spread = part
+		_apply()
 ## The wind, in levels of the recipe's [code]wind.levels[/code]: the fire passes to the nearest one.
 @export var wind: float = 0.0:
 	set(level):
@@ -101,6 +109,12 @@ const FireParts := preload("fire_parts.gd")
 var _parts: FireParts
 # The ramp that the build wrote.
 var _own_ramp: Texture2D
+# How fast a loop plays: -1 is the slowest that `speed_spread` allows, 1 the fastest.
+var _off_pace: float = randf_range(-1.0, 1.0)
+
+
+func _ready() -> void:
+	_begin_apart()
 
 
 ## Plays an animation from its first frame; without a name, the one that is shown.
@@ -164,8 +178,15 @@ func _show_fire() -> void:
 		_play_or_pause()
 		_apply()
 		add_child(_parts.root, false, Node.INTERNAL_MODE_FRONT)
+		_begin_apart()
 	notify_property_list_changed()
 	update_configuration_warnings()
+
+
+# Begins a loop at a moment of its own.
+func _begin_apart() -> void:
+	if _parts != null and is_node_ready() and random_start:
+		seek(FireParts.any_moment(_parts.sprite.sprite_frames, _parts.sprite.animation))
 
 
 func _play_or_pause() -> void:
@@ -180,7 +201,8 @@ func _play_or_pause() -> void:
 func _apply() -> void:
 	if _parts == null:
 		return
-	_parts.sprite.speed_scale = speed_scale
+	var loops: bool = _parts.sprite.sprite_frames.get_animation_loop(_parts.sprite.animation)
+	_parts.sprite.speed_scale = speed_scale * (1.0 + (speed_spread * _off_pace if loops else 0.0))
 	_parts.sprite.set("wind", wind)
 	_parts.sprite.set("burning", burning)
 	if _parts.heat != null:

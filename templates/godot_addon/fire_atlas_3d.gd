@@ -54,6 +54,14 @@ const MIN_COSINE: float = 0.2
 	set(times):
 		speed_scale = times
 		_apply()
+## Whether a loop begins at a moment of its own, so that several in a scene do not flicker in step.
+## What plays once begins at its beginning.
+@export var random_start: bool = true
+## How far a loop's speed may be from [member speed_scale]: with 0.1, up to a tenth slower or faster.
+@export_range(0.0, 0.9, 0.01) var speed_spread: float = 0.1:
+	set(part):
+		speed_spread = part
+		_apply()
 ## Whether a fire with the recipe's [code]phases[/code] is to burn; without it from the start, the
 ## fire is out.
 @export var burning: bool = true:
@@ -127,6 +135,8 @@ var _views: Dictionary = {}
 var _shown: Array[StringName] = []
 # Rounds of the loop that have passed: sparks repeat after several.
 var _round: int = 0
+# How fast a loop plays: -1 is the slowest that `speed_spread` allows, 1 the fastest.
+var _off_pace: float = randf_range(-1.0, 1.0)
 
 
 func _ready() -> void:
@@ -216,8 +226,15 @@ func _show_fire() -> void:
 			_add(parts)
 		if _leader == null:
 			parts.root.free()
+		_begin_apart()
 	notify_property_list_changed()
 	update_configuration_warnings()
+
+
+# Begins a loop at a moment of its own.
+func _begin_apart() -> void:
+	if _sprite != null and random_start:
+		seek(FireParts.any_moment(_sprite.sprite_frames, _sprite.animation))
 
 
 # Adds what is shown of the parts of a scene in two dimensions.
@@ -461,7 +478,8 @@ func _apply() -> void:
 	if _leader != null:
 		_leader.set("burning", burning)
 		_sprite.visible = _leader.visible
-	_player().set("speed_scale", speed_scale)
+	var loops: bool = _sprite.sprite_frames.get_animation_loop(_sprite.animation)
+	_player().set("speed_scale", speed_scale * (1.0 + (speed_spread * _off_pace if loops else 0.0)))
 	_sprite.modulate = modulate
 	if _sparks != null:
 		_sparks.visible = sparks_shown and not _is_baked and _sprite.visible

@@ -46,6 +46,11 @@ static func warnings(scene: PackedScene, is_fire: bool, hides_baked: bool) -> Pa
 	return []
 
 
+# Returns a moment to begin at, in frames: any of a loop, the first of what plays once.
+static func any_moment(frames: SpriteFrames, title: StringName) -> float:
+	return randf() * frames.get_frame_count(title) if frames.get_animation_loop(title) else 0.0
+
+
 # Takes the parts of a scene; frees it and returns false if they are not there.
 func take(scene: Node) -> bool:
 	root = scene
@@ -56,6 +61,9 @@ func take(scene: Node) -> bool:
 		root.free()
 		return false
 	sprite.autoplay = ""
+	# A node of this add-on begins it.
+	sprite.set("random_start", false)
+	sprite.set("speed_spread", 0.0)
 	sparks = sprite.get_node_or_null("Flakes") as MultiMeshInstance2D
 	lamp = sprite.get_node_or_null("Light") as PointLight2D
 	heat = sprite.material as ShaderMaterial if sprite.has_node("Heat") else null

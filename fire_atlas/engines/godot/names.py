@@ -32,12 +32,16 @@ SPACE_PLAYER, SPACE_TABLES = "_flakes_3d.gd", "_flakes_3d.tres"
 SPACE_SCENE = "_flakes_3d.tscn"
 """Of the same for flakes in three dimensions, and of their scene."""
 
-LAMP, WIND, PHASES = "_light.gd", "_wind.gd", "_phases.gd"
-"""Of the scripts of lamps, of changes of wind, and of what is lit and put out."""
+LAMP = "_light.gd"
+"""Of the script of lamps."""
+
+START, WIND, PHASES = "_start.gd", "_wind.gd", "_phases.gd"
+"""Of the script that plays loops, each from a moment of its own; that of a fire that passes from wind
+to wind, and of one that is lit and put out, which do so too."""
 
 HEAT_SHADER, HEAT_PLAYER = "_heat.gdshader", "_heat.gd"
 HAZE_SHADER, HAZE_PLAYER = "_haze.gdshader", "_haze.gd"
-MOTION_SHADER = "_motion.gdshader"
+MOTION_SHADER, MOTION_PLAYER = "_motion.gdshader", "_motion.gd"
 
 FILM_SCENE, PARTICLES_SCENE = "_film.tscn", "_particles.tscn"
 HAZE_FRAMES, HAZE_SCENE = "_haze.tres", "_haze.tscn"

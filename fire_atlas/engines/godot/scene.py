@@ -23,6 +23,7 @@ from fire_atlas.engines.godot.names import (
     LAMP,
     PHASES,
     SCENE_ENDING,
+    START,
     WIND,
     node_name,
     title_in_godot,
@@ -84,12 +85,12 @@ def summed_scene(product: Product, sheet: AtlasSheet, arrays: FlakeArrays) -> It
 
 
 def scene_scripts(product: Product) -> Iterator[OutputFile]:
-    """Yield the scripts of lamps, and of what a game changes."""
+    """Yield the scripts of lamps, and of what plays."""
     sheet = product.sheets[0]
     if product.lights:
         yield from script(product, LAMP, alpha=sheet.alpha)
-    if sheet.states is not None:
-        yield from script(product, _script_of(sheet.states))
+    if player := _player_of(sheet):
+        yield from script(product, player)
 
 
 def _played(product: Product, sheet: AtlasSheet) -> dict[str, Any]:
@@ -97,6 +98,7 @@ def _played(product: Product, sheet: AtlasSheet) -> dict[str, Any]:
     frames = sheet.name + FRAMES_ENDING
     cells = played_cells(product, sheet)
     page = sheet.pages[cells[0].page].file if cells else None
+    player = _player_of(sheet)
     return {
         "node": node_name(product.name),
         "sheet": sheet,
@@ -106,19 +108,20 @@ def _played(product: Product, sheet: AtlasSheet) -> dict[str, Any]:
         "pixel_art": product.pixel_art,
         "player": script_reference(product, FLAKE_PLAYER),
         "texture_page": page and (page, image_uid(product, page)),
-        "graph": _graph(product, sheet, sheet.states) if sheet.states else None,
+        "script": player and script_reference(product, player),
+        "states": _states(sheet, sheet.states) if sheet.states else "",
     }
 
 
-def _graph(product: Product, sheet: AtlasSheet, graph: StateGraph) -> dict[str, Any]:
-    """Return what the template of a scene needs of the graph of its states."""
+def _states(sheet: AtlasSheet, graph: StateGraph) -> str:
+    """Return the properties of the script of a scene that tell the graph of its states."""
     named = titles(animation.name for animation in sheet.animations)
     loops = [state.animation for state in graph.states if state.wind is not None]
     phases = {
         name: named[main] for name, phase in _PHASES.items() for main in graph.of_phase(phase)[:1]
     }
     ways = graph.transitions
-    properties = rendered_text(
+    return rendered_text(
         "states.properties",
         levels=graph.winds,
         loops=[named[loop] for loop in loops],
@@ -128,13 +131,14 @@ def _graph(product: Product, sheet: AtlasSheet, graph: StateGraph) -> dict[str, 
         afters=[named[way.after] for way in ways],
         entries=[way.entry for way in ways],
     )
-    script = script_reference(product, _script_of(graph))
-    return {"script": script, "properties": properties.rstrip()}
 
 
-def _script_of(graph: StateGraph) -> str:
-    """Return what ends the name of the script that leads from state to state."""
-    return WIND if graph.winds else PHASES
+def _player_of(sheet: AtlasSheet) -> str | None:
+    """Return what ends the name of the script that plays a sheet: it leads from state to state, or
+    begins a loop at a moment of its own; None if there is nothing but to play once."""
+    if sheet.states is not None:
+        return WIND if sheet.states.winds else PHASES
+    return START if any(animation.loop for animation in sheet.animations) else None
 
 
 def _views(product: Product, sheet: AtlasSheet) -> list[dict[str, Any]]:
