@@ -57,7 +57,7 @@ const MIN_COSINE: float = 0.2
 ## Whether a loop begins at a moment of its own, so that several in a scene do not flicker in step.
 ## What plays once begins at its beginning.
 @export var random_start: bool = true
-## How far a loop's speed may be from [member speed_scale]: with 0.1, up to a tenth slower or faster.
+## How far a loop's speed may be from [member speed_scale]: at 0.1 up to a tenth slower or faster.
 @export_range(0.0, 0.9, 0.01) var speed_spread: float = 0.1:
 	set(part):
 		speed_spread = part

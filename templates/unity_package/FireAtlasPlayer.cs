@@ -52,6 +52,12 @@ namespace FireAtlas
         [SerializeField, Min(0), Tooltip("1 is as fast as the fire was built.")]
         float speed = 1;
 
+        [SerializeField, Tooltip("Whether a loop begins at a moment of its own, so that several do not flicker in step. What plays once begins at its beginning.")]
+        bool randomStart = true;
+
+        [SerializeField, Range(0, 0.9f), Tooltip("How far a loop's speed may be from Speed: with 0.1, up to a tenth slower or faster.")]
+        float speedSpread = 0.1f;
+
         [SerializeField] bool playing = true;
 
         [SerializeField, Tooltip("Of a fire with phases: whether it is to burn, or to be out.")]
@@ -86,7 +92,7 @@ namespace FireAtlas
         LightTrack[] tracks = new LightTrack[0];
         int[] hashes = new int[0];
         int lastState;
-        float lastTime = -1;
+        float lastTime = -1, pace = 1;
         bool flakesShown, animatorRan, hasPhases;
 
         /// <summary>How fast the fire plays: 1 as it was built, at least 0.</summary>
@@ -208,10 +214,10 @@ namespace FireAtlas
         /// <summary>Sets the parts before the Animator moves on.</summary>
         void Update()
         {
-            if (animator != null) animator.speed = playing ? speed : 0;
             if (sprite != null) sprite.color = tint;
             if (showFlakes != flakesShown) ShowOrHideFlakes();
             LightOrPutOut();
+            if (animator != null) animator.speed = playing ? speed * pace : 0;
         }
 
         /// <summary>Sets the parameter of an Animator that has phases, which it forgets when it is disabled.
@@ -224,10 +230,20 @@ namespace FireAtlas
             {
                 lastTime = -1;
                 hasPhases = Array.Exists(animator.parameters, each => each.nameHash == BurningParameter);
+                BeginApart();
             }
             if (!runs || !hasPhases) return;
             animator.SetBool(BurningParameter, burning);
             if (begins && !burning && string.IsNullOrEmpty(state)) animator.Play(OutState, 0, 0);
+        }
+
+        /// <summary>Lets a loop begin at a moment, and play at a speed, of its own.</summary>
+        void BeginApart()
+        {
+            animator.Update(0); // so that it is in the state that it begins with
+            AnimatorStateInfo now = animator.GetCurrentAnimatorStateInfo(0);
+            pace = now.loop ? 1 + global::UnityEngine.Random.Range(-speedSpread, speedSpread) : 1;
+            if (now.loop && randomStart) animator.Play(now.shortNameHash, 0, global::UnityEngine.Random.value);
         }
 
         /// <summary>Called for a change only: flakes without a valid file turn themselves off.</summary>

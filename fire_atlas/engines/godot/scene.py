@@ -89,8 +89,8 @@ def scene_scripts(product: Product) -> Iterator[OutputFile]:
     sheet = product.sheets[0]
     if product.lights:
         yield from script(product, LAMP, alpha=sheet.alpha)
-    if player := _player_of(sheet):
-        yield from script(product, player)
+    if sheet.animations:
+        yield from script(product, _player_of(sheet))
 
 
 def _played(product: Product, sheet: AtlasSheet) -> dict[str, Any]:
@@ -98,7 +98,6 @@ def _played(product: Product, sheet: AtlasSheet) -> dict[str, Any]:
     frames = sheet.name + FRAMES_ENDING
     cells = played_cells(product, sheet)
     page = sheet.pages[cells[0].page].file if cells else None
-    player = _player_of(sheet)
     return {
         "node": node_name(product.name),
         "sheet": sheet,
@@ -108,7 +107,7 @@ def _played(product: Product, sheet: AtlasSheet) -> dict[str, Any]:
         "pixel_art": product.pixel_art,
         "player": script_reference(product, FLAKE_PLAYER),
         "texture_page": page and (page, image_uid(product, page)),
-        "script": player and script_reference(product, player),
+        "script": script_reference(product, _player_of(sheet)),
         "states": _states(sheet, sheet.states) if sheet.states else "",
     }
 
@@ -133,12 +132,12 @@ def _states(sheet: AtlasSheet, graph: StateGraph) -> str:
     )
 
 
-def _player_of(sheet: AtlasSheet) -> str | None:
+def _player_of(sheet: AtlasSheet) -> str:
     """Return what ends the name of the script that plays a sheet: it leads from state to state, or
-    begins a loop at a moment of its own; None if there is nothing but to play once."""
-    if sheet.states is not None:
-        return WIND if sheet.states.winds else PHASES
-    return START if any(animation.loop for animation in sheet.animations) else None
+    begins a loop at a moment of its own."""
+    if sheet.states is None:
+        return START
+    return WIND if sheet.states.winds else PHASES
 
 
 def _views(product: Product, sheet: AtlasSheet) -> list[dict[str, Any]]:

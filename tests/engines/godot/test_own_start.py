@@ -101,7 +101,6 @@ def test_lamp_and_sparks_follow_the_moment_at_which_a_fire_begins(
 def test_what_plays_once_begins_at_its_beginning_and_at_its_speed(
     game: Path, godot4: Godot4
 ) -> None:
-    assert not (game / "once_start.gd").exists()
     jobs = [began("once"), *(began("once", kind=kind) for kind in ("2d", "3d"))]
     jobs.append(began("phased", set={"burning": False}))
     *once, out = godot4.run(game, jobs)
