@@ -37,6 +37,7 @@ class RandomStream(IntEnum):
     STIRRING = 28
     FINE_DETAIL = 29
     PHASES = 30
+    VARIANTS = 31
 
 
 def generator(seed: int, stream: RandomStream, index: int = 0) -> np.random.Generator:

@@ -53,6 +53,13 @@ const FireParts := preload("fire_parts.gd")
 	set(part):
 		speed_spread = part
 		_apply()
+## Whether every other fire, at random, is its mirror image: in wind it leans the other way.
+@export var random_mirror: bool = false
+## Which variant is shown, the first is 0; -1: the next one for each fire that is placed.
+@export_range(-1, 15) var variant: int = -1:
+	set(number):
+		variant = number
+		_show_fire()
 ## The wind, in levels of the recipe's [code]wind.levels[/code]: the fire passes to the nearest one.
 @export var wind: float = 0.0:
 	set(level):
@@ -153,6 +160,8 @@ func _validate_property(property: Dictionary) -> void:
 	var has_heat: bool = _parts != null and _parts.heat != null
 	if property["name"] in ["ramp", "ramp_row", "erosion"] and not has_heat:
 		property["usage"] &= ~PROPERTY_USAGE_EDITOR
+	if property["name"] == "variant" and (_parts == null or _parts.variants.is_empty()):
+		property["usage"] &= ~PROPERTY_USAGE_EDITOR
 	if property["name"] in ["wind", "burning"]:
 		if _parts == null or not property["name"] in _parts.sprite:
 			property["usage"] &= ~PROPERTY_USAGE_EDITOR
@@ -175,6 +184,7 @@ func _show_fire() -> void:
 		# Another fire may have other animations: then it shows its own first one.
 		if _parts.sprite.sprite_frames.has_animation(title):
 			_parts.choose(title)
+		_parts.show_variant(FireParts.chosen_variant(variant))
 		_play_or_pause()
 		_apply()
 		add_child(_parts.root, false, Node.INTERNAL_MODE_FRONT)
@@ -183,8 +193,10 @@ func _show_fire() -> void:
 	update_configuration_warnings()
 
 
-# Begins a loop at a moment of its own.
+# Begins a loop at a moment of its own, and mirrors the fire or does not.
 func _begin_apart() -> void:
+	if _parts != null and is_node_ready() and random_mirror and randi() % 2 == 1:
+		_parts.root.scale.x = -_parts.root.scale.x
 	if _parts != null and is_node_ready() and random_start:
 		seek(FireParts.any_moment(_parts.sprite.sprite_frames, _parts.sprite.animation))
 

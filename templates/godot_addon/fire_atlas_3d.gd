@@ -62,6 +62,11 @@ const MIN_COSINE: float = 0.2
 	set(part):
 		speed_spread = part
 		_apply()
+## Which variant is shown, the first is 0; -1: the next one for each fire that is placed.
+@export_range(-1, 15) var variant: int = -1:
+	set(number):
+		variant = number
+		_show_fire()
 ## Whether a fire with the recipe's [code]phases[/code] is to burn; without it from the start, the
 ## fire is out.
 @export var burning: bool = true:
@@ -133,6 +138,9 @@ var _has_smoke: bool = false
 # What is known of the views of fires with depth, by animation; and those of the shown fire.
 var _views: Dictionary = {}
 var _shown: Array[StringName] = []
+# What is known of the scene's variants, and which is shown.
+var _parts: FireParts
+var _number: int = 0
 # Rounds of the loop that have passed: sparks repeat after several.
 var _round: int = 0
 # How fast a loop plays: -1 is the slowest that `speed_spread` allows, 1 the fastest.
@@ -193,6 +201,8 @@ func _validate_property(property: Dictionary) -> void:
 	if property["name"] == "animation" and _sprite != null:
 		property["hint"] = PROPERTY_HINT_ENUM
 		property["hint_string"] = ",".join(_fires())
+	if property["name"] == "variant" and (_parts == null or _parts.variants.is_empty()):
+		property["usage"] &= ~PROPERTY_USAGE_EDITOR
 	if property["name"] == "burning" and _leader == null:
 		property["usage"] &= ~PROPERTY_USAGE_EDITOR
 
@@ -240,6 +250,9 @@ func _begin_apart() -> void:
 # Adds what is shown of the parts of a scene in two dimensions.
 func _add(parts: FireParts) -> void:
 	_views = parts.root.get_meta("views", {})
+	_parts = parts
+	_number = FireParts.chosen_variant(variant)
+	_parts.show_variant(_number)
 	_corner = parts.sprite.offset
 	_is_baked = parts.is_baked
 	_is_straight = parts.is_straight
@@ -357,6 +370,7 @@ func _choose() -> void:
 		return
 	var names: PackedStringArray = _fires()
 	var chosen: String = animation if animation in names else names[0]
+	chosen = _parts.of_variant(chosen, _number)
 	_shown = []
 	for title in _sprite.sprite_frames.get_animation_names():
 		if (_views[title]["fire"] if title in _views else title) == chosen:

@@ -26,6 +26,7 @@ from fire_atlas.engines.godot.names import (
     START,
     WIND,
     node_name,
+    stems_of_variants,
     title_in_godot,
     titles,
     uid_of,
@@ -90,7 +91,8 @@ def scene_scripts(product: Product) -> Iterator[OutputFile]:
     if product.lights:
         yield from script(product, LAMP, alpha=sheet.alpha)
     if sheet.animations:
-        yield from script(product, _player_of(sheet))
+        has_variants = bool(stems_of_variants(sheet))
+        yield from script(product, _player_of(sheet), has_variants=has_variants)
 
 
 def _played(product: Product, sheet: AtlasSheet) -> dict[str, Any]:
@@ -108,20 +110,23 @@ def _played(product: Product, sheet: AtlasSheet) -> dict[str, Any]:
         "player": script_reference(product, FLAKE_PLAYER),
         "texture_page": page and (page, image_uid(product, page)),
         "script": script_reference(product, _player_of(sheet)),
-        "states": _states(sheet, sheet.states) if sheet.states else "",
+        "properties": _properties(sheet),
     }
 
 
-def _states(sheet: AtlasSheet, graph: StateGraph) -> str:
-    """Return the properties of the script of a scene that tell the graph of its states."""
+def _properties(sheet: AtlasSheet) -> str:
+    """Return the properties of the script of a scene: its variants, and the graph of its states."""
+    graph, variants = sheet.states or StateGraph((), ()), stems_of_variants(sheet)
+    first, *_ = *graph.of_each_variant(), graph
     named = titles(animation.name for animation in sheet.animations)
-    loops = [state.animation for state in graph.states if state.wind is not None]
+    loops = [state.animation for state in first.states if state.wind is not None]
     phases = {
-        name: named[main] for name, phase in _PHASES.items() for main in graph.of_phase(phase)[:1]
+        name: named[main] for name, phase in _PHASES.items() for main in first.of_phase(phase)[:1]
     }
     ways = graph.transitions
     return rendered_text(
-        "states.properties",
+        "fire.properties",
+        variants=variants,
         levels=graph.winds,
         loops=[named[loop] for loop in loops],
         phases=phases,

@@ -54,7 +54,12 @@ from fire_atlas.engines.unity.package import (
     shader_template,
 )
 from fire_atlas.engines.unity.sprites import PageSprite, max_texture_size, pivot_px, sprites_of
-from fire_atlas.engines.unity.states import BURNING, AnimatorState, animator_states
+from fire_atlas.engines.unity.states import (
+    BURNING,
+    AnimatorState,
+    animator_states,
+    first_of_variants,
+)
 from fire_atlas.formats.output_names import light_file
 from fire_atlas.formats.product import Product
 from fire_atlas.formats.templates.jinja import rendered
@@ -420,6 +425,7 @@ class _Export:
             player=player if self.plays_flakes else None,
             heat=self.heat_player(sheet, sprites) if sheet.heat is not None else None,
             whole=self.whole_player() if self.uses_package else None,
+            variants=[self.states[name] for name in first_of_variants(sheet)],
             start=self.guid(self.script("start")) if self.begins_apart else None,
         )
 

@@ -19,7 +19,9 @@ TICK = 1.5
 """Frames that may have passed since a fire began: its first update."""
 
 FLAT: dict[str, Any] = {
-    "source": {"path": str(shipped("samples") / "campfire"), "count": FRAMES, "fps": 24, "height": 80},
+    "source": {
+        "path": str(shipped("samples") / "campfire"), "count": FRAMES, "fps": 24, "height": 80,
+    },
     "timeline": {"loop": "pingpong"}, "flakes": {"bake": False, "rate": 40},
     "tracks": ["json", "light"], "exports": ["json", "godot"],
 }  # fmt: skip
@@ -57,7 +59,7 @@ def are_apart(fires: list[dict[str, Any]], count: int) -> bool:
     """Whether fires begin all over a loop of ``count`` frames, and no two of them alike."""
     times = np.sort([fire["time"] for fire in fires])
     speeds = np.array([fire["speed"] for fire in fires])
-    assert 0.9 - 1e-6 <= speeds.min() and speeds.max() <= 1.1 + 1e-6
+    assert speeds.min() >= 0.9 - 1e-6 and speeds.max() <= 1.1 + 1e-6
     # The chance that twelve of evenly drawn moments lie in half of the loop is 0.3 %.
     spread = times.max() - times.min() > count / 2
     return bool(spread and np.diff(times).min() > 1e-6 and len({*speeds.tolist()}) == COUNT)

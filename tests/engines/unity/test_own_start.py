@@ -3,7 +3,6 @@
 import re
 import subprocess
 from collections.abc import Callable, Sequence
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,7 +10,7 @@ from numpy.typing import NDArray
 
 from tests.engines.unity.products import Fire, exported
 from tests.engines.unity.test_package import harness
-from tests.engines.unity.test_player import CSHARP, compiled
+from tests.engines.unity.test_player import compiled
 
 __all__ = ["harness"]
 
@@ -49,7 +48,7 @@ def check_apart(loops: NDArray[np.float64], once: NDArray[np.float64]) -> None:
     assert begun.min() >= 0 and begun.max() <= 1 and np.ptp(begun) > 0.5
     assert len({*begun}) == COUNT and (loops[:, 1] == begun).all()
     speeds = loops[:, 3] / 2
-    assert 0.9 <= speeds.min() and speeds.max() <= 1.1 and len({*speeds}) == COUNT
+    assert speeds.min() >= 0.9 and speeds.max() <= 1.1 and len({*speeds}) == COUNT
     assert (loops[:, 2] == 7).all()
     np.testing.assert_array_equal(once, np.tile([0, 0, 7, 2], (COUNT, 1)))
 
@@ -70,7 +69,9 @@ def test_every_player_of_the_package_begins_a_loop_at_a_moment_of_its_own(harnes
 def test_start_and_speed_are_properties_of_their_own(
     own: Run, harness: Run, *, of_package: bool
 ) -> None:
-    run = (lambda *stated: harness("apart", *stated)) if of_package else own
+    def run(*stated: object) -> list[str]:
+        return harness("apart", *stated) if of_package else own(*stated)
+
     fast, _ = rows_of(run(False, 0.5))
     assert (fast[:, 0] == 0).all()
     speeds = fast[:, 3] / 2
@@ -84,6 +85,35 @@ def test_a_prefab_has_the_script_or_the_player_of_the_package() -> None:
     guid = re.findall(rb"guid: (\w+)", files["fire_start.cs.meta"])[0]
     prefab = files["fire.prefab"].decode()
     assert f"guid: {guid.decode()}, type: 3" in prefab
-    assert "randomStart: 1" in prefab and "speedSpread: 0.1" in prefab
+    assert "randomStart: 1" in prefab and "speedSpread: 0.1" in prefab and "variants: []" in prefab
     whole = exported(Fire({"fire": 7}).product(), player="package")
     assert "fire_start.cs" not in whole and b"randomStart: 1" in whole["fire.prefab"]
+
+
+NAMES = ("v0_burn", "v1_burn", "v2_burn")
+
+
+def check_turns(shown: list[str]) -> None:
+    """Check that of three neighbours each shows another variant."""
+    assert {*shown} == {*NAMES}
+    assert all(len({*shown[at : at + 3]}) == 3 for at in range(COUNT - 2))
+
+
+def test_fires_of_a_build_show_one_variant_after_the_other(own: Run) -> None:
+    rows = [line.split() for line in own(True, 0.1, -1, *NAMES)]
+    check_turns([row[0] for row in rows])
+    assert all(row[2:] == row[:2] for row in rows), "one that begins again stays as it is"
+    assert {row[1] for row in rows} == {"True", "False"}
+    for number in range(4):
+        chosen = {line.split()[0] for line in own(True, 0.1, number, *NAMES)}
+        assert chosen == {NAMES[number % 3]}
+
+
+def test_players_of_the_package_show_one_variant_after_the_other(harness: Run) -> None:
+    rows = [line.split() for line in harness("vary", -1, *NAMES)]
+    check_turns([row[0] for row in rows])
+    assert {row[1] for row in rows} == {"True", "False"}
+    assert {row[2] for row in rows} == {"1"}, "each knows when its own variant is out"
+    for number in range(4):
+        chosen = {line.split()[0] for line in harness("vary", number, *NAMES)}
+        assert chosen == {NAMES[number % 3]}

@@ -6,6 +6,8 @@
 //                                 Animator knows it, light, and how often it announced Lit and WentOut
 // apart [RANDOM SPREAD]           of twelve players of a loop, then of what plays once: where they begin, where
 //                                 they are an update later, the state, and the Animator's speed at speed 2
+// vary NUMBER STATE...            of twelve players of that variant, or of any (-1): the state in which each begins,
+//                                 whether it is mirrored, and how often it announced WentOut in that variant's "out"
 // arguments NAME...               the command line for recipes, then whether each name is a recipe
 // build COMMAND PROJECT NAME...   selects assets and builds them; "" selects none and builds all
 // stop COMMAND PROJECT NAME...    the same, cancelled at once
@@ -37,6 +39,7 @@ static class PackageHarness
             case "play": Play(rest[0]); break;
             case "phases": Phases(rest[0]); break;
             case "apart": foreach (bool loop in new[] { true, false }) Apart(loop, rest); break;
+            case "vary": Vary(rest[0], rest.Skip(1).ToArray()); break;
             case "arguments": Arguments(rest); break;
             default: Build(args[0], rest); break;
         }
@@ -148,6 +151,39 @@ static class PackageHarness
             late();
             Print(begun, animator.Current.normalizedTime, animator.Current.shortNameHash, animator.speed);
         }
+    }
+
+    static void Vary(string variant, string[] variants)
+    {
+        for (int i = 0; i < 12; i++)
+        {
+            var animator = new Animator { enabled = true, Parameters = new[] { "Burning" } };
+            animator.Current = new AnimatorStateInfo { loop = true };
+            var sprite = new SpriteRenderer();
+            var player = new FireAtlasPlayer { enabled = true };
+            Private.Set(player, "animator", animator);
+            Private.Set(player, "sprite", sprite);
+            Private.Set(player, "randomMirror", true);
+            Private.Set(player, "variant", int.Parse(variant));
+            Private.Set(player, "variants", variants);
+            Private.Call(player, "OnEnable")();
+            Action update = Private.Call(player, "Update"), late = Private.Call(player, "LateUpdate");
+            update();
+            late();
+            string begun = Name(animator, variants);
+            int went = 0;
+            player.WentOut.AddListener(() => went++);
+            player.Extinguish();
+            update();
+            animator.Play(begun.Replace("burn", "out"));
+            late();
+            Console.WriteLine("{0} {1} {2}", begun, sprite.flipX, went);
+        }
+    }
+
+    static string Name(Animator animator, string[] names)
+    {
+        return names.First(name => Animator.StringToHash(name) == animator.Current.shortNameHash);
     }
 
     static void Phases(string path)

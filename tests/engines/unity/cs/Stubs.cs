@@ -246,6 +246,7 @@ namespace UnityEngine
     {
         static readonly System.Random Numbers = new System.Random(1);
         public static float value { get { return (float)Numbers.NextDouble(); } }
+        public static int Range(int minInclusive, int maxExclusive) { return Numbers.Next(minInclusive, maxExclusive); }
         public static float Range(float minInclusive, float maxInclusive) { return Mathf.Lerp(minInclusive, maxInclusive, value); }
     }
 
