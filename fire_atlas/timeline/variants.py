@@ -42,10 +42,11 @@ def cut_apart(clip: Clip, variants: int, workers: Workers) -> list[Clip]:
             f"plays once with source.kind: fluid",
             key=key,
         )
-    rows = _small_rows(clip, workers)
+    frames = small_copies(clip, workers)
     for number in range(variants, 1, -1):
         cuts = list(_cuts(clip.count, clip.fps, number))
-        if _are_apart(rows, cuts):
+        parts = [frames[cut.start : cut.stop] for cut in cuts]
+        if not any(show_the_same(*pair) for pair in combinations(parts, 2)):
             break
     else:
         number = 1
@@ -80,6 +81,25 @@ def _largest(variants: int) -> str:
     return f"the largest number is {variants}"
 
 
+def require_apart(
+    earlier: Sequence[NDArray[np.float32]], variant: NDArray[np.float32], stem: str
+) -> None:
+    """Refuse a generated variant that shows a drawing of an earlier one, by small copies of their
+    frames.
+
+    Raises:
+        RecipeError: It does; what is learnt of a short clip is shown again. Its message has the
+            largest number.
+    """
+    for number, other in enumerate(earlier):
+        if show_the_same(other, variant):
+            raise RecipeError(
+                f"{stem} shows a drawing of v{number} again, as what is learnt of a short clip "
+                f"does: {_largest(len(earlier))}, or learn from a longer clip",
+                key=("variants",),
+            )
+
+
 def _least(fps: float) -> int:
     return max(_LEAST_FRAMES, math.ceil(_LEAST_SECONDS * fps))
 
@@ -96,24 +116,24 @@ def _cuts(count: int, fps: float, variants: int) -> Iterator[range]:
         yield range(start, start + length)
 
 
-def _small_rows(clip: Clip, workers: Workers) -> NDArray[np.float32]:
-    """Return small copies of all frames and their mirror images, (2, frames, values)."""
-    small = np.stack(list(workers.map(lambda i: shrunk(clip.read(i), _SIDE), range(clip.count))))
-    pair = np.stack([small, small[:, :, ::-1]])
-    rows: NDArray[np.float32] = (pair - small.mean(axis=0)).reshape(2, clip.count, -1)
-    return rows
+def small_copies(clip: Clip, workers: Workers) -> NDArray[np.float32]:
+    """Return small copies of all frames of a clip, by which drawings are compared, (n, h, w, 4)."""
+    return np.stack(list(workers.map(lambda i: shrunk(clip.read(i), _SIDE), range(clip.count))))
 
 
-def _are_apart(rows: NDArray[np.float32], cuts: Sequence[range]) -> bool:
-    """Return whether no two cuts show the same drawing, or its mirror image."""
-    steps = np.sqrt(np.mean(np.diff(rows[0], axis=0) ** 2, axis=1))
-    drawn = steps[steps > _SAME * steps.max()]
+def show_the_same(one: NDArray[np.float32], other: NDArray[np.float32]) -> bool:
+    """Return whether two loops show the same drawing, or its mirror image, by small copies of their
+    frames, (n, h, w, 4) each."""
+    if one.shape[1:] != other.shape[1:]:
+        return False
+    steps = np.sqrt(np.mean(np.diff(one, axis=0) ** 2, axis=(1, 2, 3)))
+    drawn = steps[steps > _SAME * steps.max()] if len(steps) else steps
     same = _SAME * (float(np.median(drawn)) if len(drawn) else 0.0)
-    for one, other in combinations(cuts, 2):
-        for mirrored in rows:
-            if _least_distance(rows[0][one], mirrored[other]) <= same:
-                return False
-    return True
+    mean = one.mean(axis=0)
+    rows, *others = (
+        (frames - mean).reshape(len(frames), -1) for frames in (one, other, other[:, :, ::-1])
+    )
+    return any(_least_distance(rows, each) <= same for each in others)
 
 
 def _least_distance(one: NDArray[np.float32], other: NDArray[np.float32]) -> float:

@@ -1,6 +1,7 @@
 """Several fires of one recipe: their names, and that no two of them show the same drawing."""
 
 import json
+import re
 import shutil
 from itertools import product
 from pathlib import Path
@@ -228,3 +229,17 @@ def test_members_alone_have_no_variants(tmp_path: Path, capsys: pytest.CaptureFi
     (tmp_path / "torch.yaml").write_text(json.dumps(SMALL))
     text = refused(tmp_path, capsys, atlas={"members": ["torch.yaml"]}, variants=2)
     assert "fire.yaml:2: variants: are of a recipe's own fire" in text
+
+
+def test_what_is_learnt_of_a_short_clip_has_as_many_variants_as_differ(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    source = {"kind": "profile", "path": CANDLE["path"], "fps": 24, "height": 64}
+    keys = {"source": source, "timeline": {"frames": 24}, "flakes": "none", "variants": 16}
+    text = refused(tmp_path, capsys, **keys)
+    assert "fire.yaml:4: variants: " in text and "shows a drawing of v" in text
+    if number := re.search(r"the largest number is (\d+)", text):
+        path = built(tmp_path, **{**keys, "variants": int(number[1])}, exports=["json"])
+        assert all(pair.distance > 0.2 for pair in pairs_of(path))
+    else:
+        assert "it is enough for one" in text

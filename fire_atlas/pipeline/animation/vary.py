@@ -4,11 +4,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from fire_atlas.atlas.sheet import StateGraph, variant_title
 from fire_atlas.core.chance import RandomStream, generator
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.context import BuildContext
 from fire_atlas.core.errors import RecipeError
+from fire_atlas.core.fire_in_wind import FireInWind
 from fire_atlas.core.progress import Progress
 from fire_atlas.pipeline.animation.contribution import Contribution, FinishedAnimation
 from fire_atlas.pipeline.input.open import Opened, open_input
@@ -45,7 +49,7 @@ def variants_of(loaded: LoadedRecipe, opened: Opened, context: BuildContext) -> 
         RecipeError: A clip is too short for so many.
     """
     recipe = loaded.recipe
-    notes = _Notes(context.progress)
+    notes, shown = _Notes(context.progress), list[NDArray[np.float32]]()
     cuts = list[Opened]()
     if isinstance(recipe.source, FramesSource) and isinstance(opened, Mapping):
         ((name, clip),) = opened.items()
@@ -59,6 +63,8 @@ def variants_of(loaded: LoadedRecipe, opened: Opened, context: BuildContext) -> 
             # What is noted of the source of the first holds for all.
             unnoted = replace(context, progress=_Unnoted(context.progress))
             opened = open_input(replace(loaded, recipe=own), unnoted)
+        if not cuts:
+            _require_apart(opened, shown, variant_title(number), context)
         yield Variant(number, own, opened, told)
 
 
@@ -67,6 +73,23 @@ def _cut(clip: Clip, variants: int, context: BuildContext) -> list[Clip]:
 
     with context.timer.measure("study"):
         return cut_apart(clip, variants, context.workers)
+
+
+def _require_apart(
+    opened: Opened, shown: list[NDArray[np.float32]], stem: str, context: BuildContext
+) -> None:
+    """Refuse a generated variant that shows a drawing of those before, whose small copies are
+    ``shown``; add its own. One view or wind tells: the others are of the same fire."""
+    from fire_atlas.timeline.variants import require_apart, small_copies
+
+    first = opened.loops[0] if isinstance(opened, FireInWind) else None
+    if isinstance(opened, Mapping):
+        first = next(iter(opened.values()))
+    assert first is not None, "sprites have no variants"
+    with context.timer.measure("study"):
+        copies = small_copies(first, context.workers)
+        require_apart(shown, copies, stem)
+    shown.append(copies)
 
 
 def seed_of(seed: int, variant: int) -> int:
