@@ -110,6 +110,19 @@ RECIPES: dict[str, dict[str, Any]] = {
         "tracks": [],
         "exports": ["json", "godot", "unity"],
     },
+    "several": {
+        "source": SILK,
+        "timeline": {"frames": 6},
+        "variants": 2,
+        "phases": {"ignite": 0.2, "extinguish": 0.2},
+        "exports": ["json", "unity"],
+    },
+    "several_winds": {
+        "source": SILK,
+        "timeline": {"frames": 6},
+        "variants": 2,
+        "wind": {"levels": [0, 3]},
+    },
     "heat": {
         "source": {**CAMPFIRE, "count": 5},
         "flakes": "none",
