@@ -19,6 +19,7 @@ PACKAGE = "fire_atlas"
 
 OWNERS = {
     "cv2.DISOpticalFlow.create": "vision.flow",
+    "cv2.calcOpticalFlowFarneback": "vision.flow",
     "cv2.remap": "vision.warp",
     "bytes.fromhex": "core.pixels",
     "np.random.Generator": "core.chance",

@@ -31,9 +31,9 @@ SQUARES = (
 BEHIND = {"burning_crate": "crate.png"}
 """Of a fire that is drawn over a picture: that sample."""
 RAMPS = ("soul", "poison", "copper", "gas")
-ONCE = ("explosion", "fireball")
+ONCE = ("explosion", "fireball", "muzzle_flash")
 """What plays once, for as long as its recipe says."""
-LOOPS = ("campfire", "silk_torch", "silk_campfire")
+LOOPS = ("campfire", "silk_torch", "silk_campfire", "fluid_windy_torch", "embers")
 """What has a picture of its own, as what plays once has."""
 TILES = 3
 """How many frames of `fire_wall` stand side by side."""
@@ -80,7 +80,7 @@ def _films(name: str) -> dict[str, Film]:
     }
     return {
         animation.name.rpartition("/")[2]: [
-            shown[frame] for frame in animation.frames[:: len(animation.frames) // _FRAMES]
+            shown[frame] for frame in animation.frames[:: max(1, len(animation.frames) // _FRAMES)]
         ]
         for animation in sheet.animations
     }
@@ -118,14 +118,14 @@ def _square(film: Film) -> Film:
 def _save(name: str, films: Sequence[Film], gap: int = _GAP, fps: int = _FPS) -> None:
     """Write films side by side, ``gap`` px apart, as a WebP that loops."""
     frames = []
-    for i in range(_FRAMES):
+    for i in range(min(_FRAMES, max(map(len, films)))):
         parts = [film[i % len(film)] for film in films]
         ground = np.full((parts[0].shape[0], gap, 3), _GROUND, np.uint8)
         row = [piece for part in parts for piece in (part, ground)][:-1]
         frames.append(Image.fromarray(np.hstack(row)))
     frames[0].save(
         DOCS / f"{name}.webp", save_all=True, append_images=frames[1:],
-        duration=[round(1000 / fps)] * _FRAMES, loop=0, quality=60, method=6,
+        duration=[round(1000 / fps)] * len(frames), loop=0, quality=60, method=6,
     )  # fmt: skip
     print(name)
 

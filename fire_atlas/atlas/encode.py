@@ -30,7 +30,7 @@ from fire_atlas.atlas.compressed import CompressedImage
 from fire_atlas.atlas.deep import deepened
 from fire_atlas.atlas.sheet import Sprite
 from fire_atlas.atlas.trim import trimmed, up_to
-from fire_atlas.core.picture import Picture, as_light, where_covered
+from fire_atlas.core.picture import Picture, as_light, brightest, where_covered
 from fire_atlas.core.pixels import (
     Bytes,
     Pixels,
@@ -108,7 +108,7 @@ def as_straight(image: Bytes, alpha: str, blend_space: str) -> Bytes:
     if (alpha, blend_space) == ("straight", "srgb"):
         return image
     shown = encode_unit(light_over_black(image, alpha, blend_space))
-    cover = np.maximum(image[..., 3] * np.float32(1 / 255), shown.max(axis=2))
+    cover = np.maximum(image[..., 3] * np.float32(1 / 255), brightest(shown))
     cover = np.ceil(cover * np.float32(255) - np.float32(1e-3)) / np.float32(255)
     straight = np.zeros(image.shape, np.uint8)
     colour = shown / np.maximum(cover, _MIN_DIVISOR)[..., None]

@@ -2,12 +2,13 @@
 decides which rectangle of its frame a region shows."""
 
 from collections.abc import Sequence
-from typing import Any, Literal, cast
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.atlas.sheet import PlacedImage, Rect, Sprite
+from fire_atlas.core.picture import brightest
 from fire_atlas.core.pixels import Bytes
 
 Trim = Literal["frame", "animation", "none"]
@@ -38,8 +39,10 @@ def visible_pixels(image: Bytes, threshold: int, *, is_straight: bool = True) ->
     A pixel is visible if its alpha is above ``threshold`` or, unless the image ``is_straight``, its
     light, which then needs no alpha.
     """
-    seen = image[..., 3] if threshold and is_straight else image.max(axis=2)
-    return cast(NDArray[np.bool_], seen > threshold)
+    seen = image[..., 3]
+    if not (threshold and is_straight):
+        seen = np.maximum(seen, brightest(image))
+    return np.asarray(seen > threshold)
 
 
 def trimmed(

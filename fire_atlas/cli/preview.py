@@ -12,7 +12,7 @@ from fire_atlas.formats.atlas.texture_packer import read_atlas
 from fire_atlas.outputs.folder import default_folder, make_folder
 from fire_atlas.outputs.staging import refuse_existing, write_whole
 from fire_atlas.preview.kinds import as_played, color_of, is_preview, preview_of
-from fire_atlas.recipe.tree import RecipeTree, is_recipe, read_tree
+from fire_atlas.recipe.tree import RecipeTree, as_draft, is_recipe, read_tree
 
 _SUFFIX = {"page": ".html", "gif": ".gif", "webp": ".webp", "apng": ".png", "sheet": ".sheet.png"}
 
@@ -53,7 +53,8 @@ def _default_target(args: Namespace, name: str) -> Path:
 def _tree(args: Namespace) -> RecipeTree | None:
     """Return the recipe to build; None if the subject is an atlas."""
     if is_recipe(args.subject):
-        return read_tree(args.subject, [*args.overrides, "exports=[json]", "tracks=[json]"])
+        tree = read_tree(args.subject, [*args.overrides, "exports=[json]", "tracks=[json]"])
+        return as_draft(tree)
     why = "needs a recipe; an atlas that is built stays as it is"
     refuse_build_options(args, {"--field": args.field}, why)
     return None

@@ -23,7 +23,7 @@ from fire_atlas.outputs.outcome import fresh_outcome
 from fire_atlas.outputs.recovery import tidy
 from fire_atlas.recipe.document import RECIPE_ENDINGS
 from fire_atlas.recipe.find import find_recipes
-from fire_atlas.recipe.tree import RecipeTree, named_files, read_tree
+from fire_atlas.recipe.tree import RecipeTree, as_draft, named_files, read_tree
 from fire_atlas.sources.listing import STILLS
 
 _POLL_MILLISECONDS = 500
@@ -132,7 +132,10 @@ def _folder_id(folder: Path) -> _FolderId | None:
 
 
 def _build_all(args: Namespace, view: BuildView, before: _Watched) -> _Watched:
-    """Build the recipes that are not up to date; return the files and folders to watch."""
+    """Build the recipes that are not up to date; return the files and folders to watch.
+
+    Compressed textures are encoded as drafts, but what a build has encoded in full is up to date.
+    """
     failures = Failures(args.verbose > 1, view.failed, known=before.failed)
     named = [real(path) for path in args.recipes]
     watched = _Watched(
@@ -145,11 +148,12 @@ def _build_all(args: Namespace, view: BuildView, before: _Watched) -> _Watched:
             with failures.caught(tree.path):
                 _add_inputs(tree, watched)
                 watched.outs.add(real(folder_of(tree, args)))
-                tidy(folder_of(tree, args), tree.name, view.note)
-                if why_stale(tree, folder_of(tree, args)) is not None:
-                    view.done(build_recipe(tree, args, view))
+                out, draft = folder_of(tree, args), as_draft(tree)
+                tidy(out, tree.name, view.note)
+                if why_stale(tree, out) is not None and why_stale(draft, out) is not None:
+                    view.done(build_recipe(draft, args, view))
                 elif tree.path in before.failed:
-                    view.done(fresh_outcome(tree, folder_of(tree, args)))
+                    view.done(fresh_outcome(tree, out))
     watched.failed = failures.of_recipes
     for path in before.failed.keys() - watched.failed.keys():
         view.begin(path)

@@ -37,7 +37,8 @@ class RandomStream(IntEnum):
     STIRRING = 28
     FINE_DETAIL = 29
     PHASES = 30
-    VARIANTS = 31
+    ELSEWHERE = 31
+    VARIANTS = 32
 
 
 def generator(seed: int, stream: RandomStream, index: int = 0) -> np.random.Generator:

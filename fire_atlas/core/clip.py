@@ -117,7 +117,7 @@ class Clip:
         flow: ``flow(i)`` returns the velocity of each pixel of frame i, (height, width, 2) float32,
             x and y in px/s. Set for generated clips; None means that it has to be estimated.
         depth: The fire in three dimensions, if it was made so; None for flat pictures.
-        smoke: ``smoke(i)`` returns the share of light, (height, width) 0..1, that black smoke keeps
+        smoke: ``smoke(i)`` returns the share of light, (height, width) 0..1, that black soot keeps
             back in frame i. Set for generated clips; None means that it is part of the pictures.
         solids: ``solids(i)`` returns the light of what stands in the fire, as it is seen through
             the flames of frame i, and the coverage of it, (height, width, 4). Set for fire that is

@@ -147,9 +147,15 @@ def brightness_of(picture: Picture, blend_space: str) -> Plane:
 
 
 def brightest(picture: Picture) -> Picture:
-    """Return the largest of R, G, B of each pixel (H, W)."""
+    """Return the largest of R, G, B of each pixel (H, W); numpy is slow along a short axis."""
     red, green, blue = (picture[..., channel] for channel in range(3))
     return np.maximum(np.maximum(red, green), blue)
+
+
+def darkest(picture: Picture) -> Picture:
+    """Return the smallest of R, G, B of each pixel (H, W)."""
+    red, green, blue = (picture[..., channel] for channel in range(3))
+    return np.minimum(np.minimum(red, green), blue)
 
 
 def brightest_shown(picture: Picture) -> Plane:

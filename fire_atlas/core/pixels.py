@@ -193,11 +193,16 @@ def pixels_of_added(
 ) -> Pixels:
     """Return pixels (H, W, 4) of which a client adds this light (H, W, 3); the inverse of
     ``light_added``."""
-    light = added
-    if blend_space != "linear":
-        cover = coverage[..., None]
-        light = decode_unit(as_plane(added / np.maximum(cover, _MIN_COVERAGE))) * cover
-    return as_plane(np.dstack([light, coverage]))
+    pixels = np.empty((*coverage.shape, 4), np.float32)
+    pixels[..., 3] = coverage
+    if blend_space == "linear":
+        pixels[..., :3] = added
+        return pixels
+    covered = np.maximum(coverage, _MIN_COVERAGE)
+    for channel in range(3):  # numpy is slow along a short axis
+        light = decode_unit(as_plane(added[..., channel] / covered))
+        np.multiply(light, coverage, out=pixels[..., channel])
+    return pixels
 
 
 def luminance(pixels: Pixels) -> Plane:

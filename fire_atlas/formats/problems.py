@@ -95,6 +95,11 @@ def missing_extra(atlas: Atlas, maps: Maps) -> str | None:
             "atlas.gpu needs etcpak and astc-encoder-py: pip install 'fire-atlas[gpu]', or leave "
             "atlas.gpu out"
         )
+    if atlas.supercompression == "zstd" and not find_spec("zstandard"):
+        return (
+            "atlas.supercompression: zstd needs zstandard: pip install 'fire-atlas[gpu]', or leave "
+            "atlas.supercompression out"
+        )
     return None
 
 

@@ -8,6 +8,7 @@ from typing import NamedTuple, Self, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from fire_atlas.core.picture import brightest
 from fire_atlas.core.pixels import Bytes, is_visible, psnr_of
 
 _COMPARED = 8192
@@ -106,7 +107,7 @@ def error_sums(image: Bytes, heat: Bytes, ramp: Bytes) -> ErrorSums:
     """Sum how far encoded pixels (h, w, 4) are from the colours that the ramp gives for their
     heat (h, w)."""
     exact, ours = image.astype(np.float32), ramp[heat].astype(np.float32)
-    light = exact[..., :3].max(axis=2)
+    light = brightest(exact)
     shown = is_visible(exact[..., 3], light)
     miss, light = (exact - ours)[shown], light[shown].astype(np.float64)
     squares = (miss.astype(np.float64) ** 2).sum(axis=1)

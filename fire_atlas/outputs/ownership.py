@@ -10,6 +10,7 @@ import hashlib
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Self
 
@@ -47,7 +48,7 @@ _MAX_TEXT_BYTES = 1 << 26
 """Maximum size of an output whose line endings are compared; larger ones are no text of ours."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class FolderManifests:
     """The manifests in an output folder, as seen by one build.
 
@@ -55,35 +56,42 @@ class FolderManifests:
         out: The folder.
         name: Name of the build.
         own: Its manifest, if there is a valid one.
-        others: The valid manifests of other builds, by their names.
     """
 
     out: Path
     name: str
     own: Manifest | None
-    others: Mapping[str, Manifest]
 
     @classmethod
     def read(cls, out: Path, name: str) -> Self:
-        """Read all manifests in ``out``.
+        """Read the build's own manifest."""
+        return cls(out, name, read_manifest(out, name))
+
+    @cached_property
+    def others(self) -> Mapping[str, Manifest]:
+        """The valid manifests of other builds, by their names.
+
+        They are read when one is first asked for, which few builds do: n builds of one folder
+        would read n² manifests.
 
         Raises:
-            OutputError: One of another build cannot be read, so that its files are unknown.
+            OutputError: One cannot be read, so that its build's files are unknown.
         """
         suffix = manifest_name("")
-        files = [file for file in _files_in(out) if file.endswith(suffix)]
-        names = {file.removesuffix(suffix) for file in files} - {name}
-        found = {other: _manifest_of_another(out, other) for other in sorted(names)}
-        others = {other: manifest for other, manifest in found.items() if manifest is not None}
-        return cls(out, name, read_manifest(out, name), others)
+        files = [file for file in _files_in(self.out) if file.endswith(suffix)]
+        names = {file.removesuffix(suffix) for file in files} - {self.name}
+        found = {other: _manifest_of_another(self.out, other) for other in sorted(names)}
+        return {other: manifest for other, manifest in found.items() if manifest is not None}
 
     def other_owner(self, file: str) -> str | None:
         """Return the name of another build whose manifest lists ``file``; None if there is none."""
         return next((o for o, manifest in self.others.items() if _lists(manifest, file)), None)
 
     def owns(self, file: str) -> bool:
-        """Return whether the build's own manifest lists ``file``."""
-        return self.own is not None and _lists(self.own, file)
+        """Return whether ``file`` is the build's own manifest, or listed in it."""
+        if self.own is None:
+            return False
+        return file == manifest_name(self.name) or _lists(self.own, file)
 
     def may_replace(self, file: str, role: str) -> bool:
         """Return whether writing an output of this name and role would destroy no user's file."""
@@ -95,11 +103,14 @@ class FolderManifests:
         if role == "import" and _is_import_settings(self.out, file):
             return True  # the output has the user's edits merged in
         own = self.own.outputs if self.own else ()
-        others = [entry for manifest in self.others.values() for entry in manifest.outputs]
         # What the build has written for the same purpose may have been given this name since.
-        entries = [entry for entry in own if entry.role == role]
-        entries += [entry for entry in (*own, *others) if entry.name == file]
-        return any(_describes(entry, self.out, file) for entry in entries)
+        entries = [entry for entry in own if file == entry.name or entry.role == role]
+        return any(_describes(entry, self.out, file) for entry in entries) or any(
+            _describes(entry, self.out, file)
+            for manifest in self.others.values()
+            for entry in manifest.outputs
+            if entry.name == file
+        )
 
 
 def _files_in(out: Path) -> list[str]:

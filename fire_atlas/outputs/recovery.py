@@ -63,8 +63,10 @@ def clear_killed_builds(out: Path, note: Callable[[str], None]) -> None:
 
 def _names_of_builds(out: Path) -> set[str]:
     """Return the names of builds, running or killed, that have a staging folder or a lock."""
-    paths = [path for path in out.glob(f"{_PREFIX}*") if path.suffix in {_LOCK, _STAGING}]
-    return {path.stem.removeprefix(_PREFIX) for path in paths}
+    if not out.is_dir():
+        return set()
+    hidden = (path for path in out.iterdir() if path.name.startswith(_PREFIX))
+    return {path.stem.removeprefix(_PREFIX) for path in hidden if path.suffix in {_LOCK, _STAGING}}
 
 
 def clear_staging(folder: StagingFolder, note: Callable[[str], None]) -> None:

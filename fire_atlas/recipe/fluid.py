@@ -22,7 +22,9 @@ from fire_atlas.recipe.base import (
 from fire_atlas.recipe.frame_size import SizedFrame
 from fire_atlas.recipe.silk import Place
 
-FireName = Literal["campfire", "torch", "flamethrower", "explosion", "fireball", "smoke", "steam"]
+FireName = Literal[
+    "campfire", "torch", "flamethrower", "muzzle_flash", "explosion", "fireball", "smoke", "steam"
+]
 
 Detail = Literal["draft", "normal", "final"]
 

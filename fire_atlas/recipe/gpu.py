@@ -14,6 +14,12 @@ GpuFormat = Literal[
 ]  # fmt: skip
 """Formats of textures: how blocks of pixels are encoded, and the file that holds them."""
 
+Supercompression: TypeAlias = Literal["none", "zstd"]
+"""How levels in KTX2 files are compressed once more."""
+
+GpuQuality: TypeAlias = Literal["final", "draft"]
+"""How well blocks are encoded."""
+
 Channels: TypeAlias = Literal[0, 1, 2, 4]
 """Number of channels of 8 bits that a client reads of an image: of colours 4, of vectors 2, of
 light as floats 0."""

@@ -23,7 +23,7 @@ from fire_atlas.recipe.base import (
     different,
     either,
 )
-from fire_atlas.recipe.gpu import GpuFormat, Mips
+from fire_atlas.recipe.gpu import GpuFormat, GpuQuality, Mips, Supercompression
 from fire_atlas.recipe.pivot import PivotPoint
 from fire_atlas.recipe.problem import ContradictionError, KeyPath, Problem
 
@@ -210,6 +210,12 @@ class Atlas(Settings):
     """Number of mip levels in the files of ``gpu``, the page itself included; ``auto`` is 3. The
     layout keeps frames apart at up to 5 of them. Levels beyond these are written, for clients that
     need all levels down to 1 px, but mix frames."""
+    supercompression: Annotated[Supercompression, OFF] = "none"
+    """Compress the KTX2 files of ``gpu`` once more, for smaller downloads. ``zstd``: by Zstandard,
+    which clients unpack as they load; a GPU's memory stays the same."""
+    gpu_quality: GpuQuality = "final"
+    """How well ``gpu`` is encoded. ``draft``: in a fraction of the time, with larger errors, to
+    look at; ``watch`` and ``preview`` take it unless the recipe says otherwise."""
     pixels: Literal["color", "heat", "heat4"] = "color"
     """What pages store. ``color``: red, green, blue and alpha. ``heat``: one value a pixel, from
     which a shader looks the colour up in ``name.ramp.png``: a quarter of the memory, cross-fades
@@ -287,7 +293,8 @@ class Maps(Settings):
     smoke: bool = False
     """The smoke as a layer under the fire, ``name.smoke.png``: grey, with the share of the light
     behind it that it keeps back as alpha. The pages then hold the fire without it. For clips with
-    alpha of their own, and for ``source.kind: silk``, whose soot is black smoke."""
+    alpha of their own. For ``source.kind: silk`` it is the soot in the flame, black: no smoke rises
+    over it."""
     normals: bool = False
     """The direction that the front of the fire faces, ``name.normals.png``, for lights: red is
     right, green up, blue towards the viewer. For ``source.kind: silk`` and ``profile``."""
@@ -516,6 +523,17 @@ def _pixel_contradictions(atlas: Atlas) -> Iterator[Problem]:
     if atlas.mips != "auto" and not atlas.gpu:
         yield Problem(
             ("mips",), "are the levels of compressed textures; list some in gpu, or leave it out"
+        )
+    if atlas.gpu_quality == "draft" and not atlas.gpu:
+        yield Problem(
+            ("gpu_quality",), "is of compressed textures; list some in gpu, or leave it out"
+        )
+    if atlas.supercompression != "none" and not any(
+        format_.endswith(".ktx2") for format_ in atlas.gpu
+    ):
+        yield Problem(
+            ("supercompression",),
+            "is of KTX2 files; list some in gpu, like bc7.ktx2, or leave it out",
         )
     if atlas.trim_threshold and atlas.trim == "none":
         yield Problem(("trim_threshold",), "nothing is cut with trim none; leave one of them out")

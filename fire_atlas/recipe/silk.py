@@ -74,8 +74,10 @@ class Arrangement(Settings):
     ] = "none"
     """What burns, in place of an ``arrangement`` on the ground: the number of one of
     ``intruders``, 0 for the first, all over which the sheets begin, and which carries them along;
-    or the path of a mask, an image of the frame's proportions that is opaque (or bright) where
-    something of yours burns, as a crate: the flames lie over it. Relative to the recipe file."""
+    or the path of an image of the frame's proportions that is opaque where something of yours
+    burns, as a crate. The fire is drawn over it: from the front it chars, glows in its gaps, is
+    lit, and hides the flames behind it. An image without transparency is a mask: what is bright
+    burns, and nothing else is known of it. Relative to the recipe file."""
     count: int = Field(default=4, ge=1, le=_MAX_SHEETS)
     """Number of sheets."""
     width: float = Field(default=0.4, gt=0, le=10)

@@ -93,6 +93,15 @@ class RecipeTree:
         return (self.origin(path).file or self.path).parent / text
 
 
+def as_draft(tree: RecipeTree) -> RecipeTree:
+    """Return ``tree`` with ``atlas.gpu_quality: draft``, unless the recipe states a quality or has
+    no ``atlas.gpu``."""
+    atlas = tree.values.get("atlas")
+    if not isinstance(atlas, dict) or not atlas.get("gpu") or "gpu_quality" in atlas:
+        return tree
+    return replace(tree, values={**tree.values, "atlas": {**atlas, "gpu_quality": "draft"}})
+
+
 MEMBERS = ("atlas", "members")
 """The key that lists the recipes whose effects share the pages."""
 

@@ -12,7 +12,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.core.picture import Picture, srgb_unit
+from fire_atlas.core.picture import Picture, brightest, srgb_unit
 from fire_atlas.core.pixels import Plane, as_plane
 
 _NOISE = 2.0
@@ -91,7 +91,7 @@ def _black_of(frame: NDArray[np.float32]) -> tuple[float, float, float, float] |
     """Return the level of R, G and B in a frame (H, W, 3), and its noise, all of 255."""
     step = max(1, len(frame) // _SIDE)
     pixels = frame[::step, ::step]
-    peak = pixels.max(axis=2)
+    peak = brightest(pixels)
     crowd = _darkest_crowd(peak.ravel())
     if crowd is None:
         return None

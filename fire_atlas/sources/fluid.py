@@ -2,15 +2,17 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
+from threading import Semaphore
 
 import numpy as np
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.errors import RecipeError
+from fire_atlas.generators.fluid.memory import memory_within_limit
 from fire_atlas.generators.fluid.process import record_apart
 from fire_atlas.generators.fluid.recording import FluidRecording
 from fire_atlas.generators.fluid.renderer import FluidView, fluid_camera
-from fire_atlas.generators.fluid.scene import build_scene, plays_once
+from fire_atlas.generators.fluid.scene import Scene, build_scene, plays_once
 from fire_atlas.generators.rendering import rendered_clip
 from fire_atlas.generators.settings import GenerationSettings
 from fire_atlas.recipe.fluid import FluidSource
@@ -39,9 +41,9 @@ def open_fluid(
         context: Workers, and the encoding in which the client blends.
 
     Raises:
-        RecipeError: As ``build_scene``; or the simulation broke.
+        RecipeError: As ``build_scene`` and ``memory_within_limit``; or the simulation broke.
     """
-    scene = build_scene(source, generation)
+    scene, turns = _checked_scene(source, generation)
     context.progress.stage("simulate", scene.settling + scene.frames)
     recording = context.workers.start(
         lambda: record_apart(scene, context.workers.jobs, context.progress.advance)
@@ -54,6 +56,7 @@ def open_fluid(
             recording,
             fluid_camera(source, azimuth, views.elevation, views.distance),
             context.blend_space,
+            turns,
         )
         for azimuth in generation.azimuths()
     ]
@@ -72,9 +75,9 @@ def examine_fluid(source: FluidSource, generation: GenerationSettings) -> Footag
     """Return what is known of the fire before it is simulated.
 
     Raises:
-        RecipeError: As ``build_scene``.
+        RecipeError: As ``build_scene`` and ``memory_within_limit``.
     """
-    build_scene(source, generation)
+    _checked_scene(source, generation)
     return Footage(
         generation.frames,
         (source.width, source.height),
@@ -82,6 +85,12 @@ def examine_fluid(source: FluidSource, generation: GenerationSettings) -> Footag
         True,
         tuple(_notes(source, generation)),
     )
+
+
+def _checked_scene(source: FluidSource, generation: GenerationSettings) -> tuple[Scene, Semaphore]:
+    """Return the fire, and as many turns at drawing it as its memory allows."""
+    scene = build_scene(source, generation)
+    return scene, Semaphore(memory_within_limit(source, scene, generation).at_once)
 
 
 def _notes(source: FluidSource, generation: GenerationSettings) -> Iterator[str]:

@@ -12,10 +12,11 @@ from fire_atlas.core.camera import Camera
 from fire_atlas.core.clip import Clip, cached
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.fire_in_wind import FireInWind, WindChange, change_shares
-from fire_atlas.core.picture import has_transparency, to_light
+from fire_atlas.core.picture import brightest, has_transparency, to_light
 from fire_atlas.core.pixels import Pixels
 from fire_atlas.generators.rendering import rendered_clip
 from fire_atlas.generators.settings import GenerationSettings
+from fire_atlas.generators.silk.burning_picture import BurningPicture
 from fire_atlas.generators.silk.renderer import (
     SilkView,
     changing_silk,
@@ -23,7 +24,6 @@ from fire_atlas.generators.silk.renderer import (
     planned_scene,
     silk_camera,
 )
-from fire_atlas.generators.silk.scene import Mask
 from fire_atlas.generators.silk.sheet_textures import check_texture
 from fire_atlas.recipe.problem import KeyPath
 from fire_atlas.recipe.silk import Arrangement, SilkSource, Texture
@@ -223,10 +223,11 @@ def _footage(texture: Path, context: OpeningContext) -> tuple[FramesSource, Path
 
 def _read_masks(
     source: SilkSource, files: Mapping[KeyPath, Path], context: OpeningContext
-) -> dict[int, Mask]:
-    """Return the masks of what burns by the number of the arrangement that burns on each.
+) -> dict[int, BurningPicture]:
+    """Return the pictures of what burns by the number of the arrangement that burns on each.
 
-    What is opaque in an image burns; if it has no transparency, what is bright.
+    What is opaque in an image burns; if it has no transparency, it is a mask, and what is bright
+    burns.
     """
     masks = {}
     for key, path in files.items():
@@ -242,11 +243,13 @@ def _read_masks(
             )
         picture = decode(path, header)
         light = to_light(picture)
-        burns = light[..., 3] if has_transparency(picture) else light[..., :3].max(axis=2)
+        is_mask = not has_transparency(picture)
+        burns = brightest(light) if is_mask else light[..., 3]
         if not (burns > _BURNS).any():
             raise SourceError(f"{path}: nothing in it is opaque, or bright, so nothing burns")
         number = key[2] if len(key) == len(("source", "sheets", 0, "on")) else 0
-        masks[int(number)] = burns > _BURNS
+        colours = None if is_mask else light[..., :3]
+        masks[int(number)] = BurningPicture(burns > _BURNS, colours)
     return masks
 
 

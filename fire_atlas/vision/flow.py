@@ -1,5 +1,6 @@
 """Dense optical flow between two frames of a clip, by DIS (Kroeger et al., "Fast Optical Flow using
-Dense Inverse Search", ECCV 2016)."""
+Dense Inverse Search", ECCV 2016) or by Farnebäck ("Two-Frame Motion Estimation Based on Polynomial
+Expansion", SCIA 2003)."""
 
 import math
 
@@ -18,6 +19,17 @@ the buoyancy field."""
 
 SMALLEST_SIDE = 64
 """Smaller frames are enlarged to this side, px, because DIS compares patches of several px."""
+
+_WINDOW = 15
+"""Side of the window, px, over which Farnebäck's flow is averaged."""
+
+_LEVELS, _ITERATIONS = 5, 3
+"""Halvings of the picture, and rounds on each, in Farnebäck's flow."""
+
+_EXPANSION, _EXPANSION_SIGMA = 7, 1.5
+"""Side, px, and standard deviation of a neighbourhood that a polynomial is fitted to. 5 and 1.2
+leave up to 10 % more residual of motion vectors on the sample campfire and torch, in nine tenths
+of the time."""
 
 
 def flow_size(width: int, height: int, area: int) -> tuple[int, int]:
@@ -79,6 +91,21 @@ def optical_flow(
     estimator.setFinestScale(finest_scale)
     estimator.setVariationalRefinementIterations(refinements)
     return as_plane(estimator.calc(before, after, np.zeros((*before.shape, 2), np.float32)))
+
+
+def farneback_flow(before: Bytes, after: Bytes) -> NDArray[np.float32]:
+    """Return the flow (h, w, 2), px, from ``before`` to ``after``, both (h, w) uint8, as
+    ``optical_flow`` does.
+
+    Each neighbourhood of a picture is taken for a quadratic polynomial, and the shift between two
+    polynomials is averaged over a window. Smoother than DIS: better where a picture is soft, worse
+    at edges and where motion is long.
+    """
+    size = _EXPANSION, _EXPANSION_SIGMA
+    flow = np.zeros((*before.shape, 2), np.float32)
+    return as_plane(cv2.calcOpticalFlowFarneback(
+        before, after, flow, 0.5, _LEVELS, _WINDOW, _ITERATIONS, *size, 0
+    ))  # fmt: skip
 
 
 def mean_flow(before: Bytes, after: Bytes, is_small: bool) -> float:

@@ -14,7 +14,8 @@ from fire_atlas.atlas.gpu import mip_levels, with_textures
 from fire_atlas.atlas.sheet import AtlasSheet, Rect, Region
 from fire_atlas.core.pixels import Bytes, srgb_to_linear
 from fire_atlas.core.workers import Workers
-from fire_atlas.formats.textures.blocks import FORMATS, decode_blocks, encode_blocks
+from fire_atlas.formats.textures.blocks import FORMATS, decode_blocks
+from fire_atlas.formats.textures.encode import encode_images
 from fire_atlas.recipe.output import Atlas
 from tests.atlas.frames import cut, frames, pages_of
 from tests.support.clips import campfire
@@ -106,8 +107,9 @@ def levels(page: Bytes, count: int, settings: Atlas) -> list[Bytes]:
 
 
 def decoded(image: Bytes, name: str, workers: Workers) -> Bytes:
+    """An image as a draft shows it: a final one spends its effort where the page needs it most."""
     height, width = image.shape[:2]
-    data = encode_blocks(image, FORMATS[name], False, workers)
+    ((data,),) = encode_images([image], [FORMATS[name]], False, workers, quality="draft")
     return decode_blocks(data, width, height, FORMATS[name], False, workers)
 
 

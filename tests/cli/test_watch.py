@@ -1,5 +1,6 @@
 """``watch`` builds, and builds again when something changes, until it is interrupted."""
 
+import json
 import queue
 import shutil
 import signal
@@ -11,6 +12,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+
+from fire_atlas.cli import main
 
 pytestmark = [
     pytest.mark.slow,
@@ -183,6 +186,28 @@ def test_what_a_cache_has_is_taken_from_it(watch: Start, campfire: Path) -> None
     campfire.write_text(text)
     watched.hears("cache: hit")
     assert watched.ends() == 0
+
+
+def test_textures_are_drafts_that_a_build_encodes_again(watch: Start, campfire: Path) -> None:
+    build = campfire.parent / "build"
+
+    def quality() -> str:
+        manifest = json.loads((build / "campfire.manifest.json").read_bytes())
+        return str(manifest["statistics"]["gpu_quality"])
+
+    campfire.write_text(campfire.read_text() + "atlas: {gpu: [bc7.dds]}\n")
+    watched = watch(campfire.name)
+    watched.hears("atlas.gpu_quality: draft")
+    watched.hears("campfire.yaml: 5 files in build")
+    assert quality() == "draft"
+    draft = (build / "campfire.bc7.dds").read_bytes()
+    assert watched.ends() == 0
+    assert main(["build", str(campfire)]) == 0
+    assert quality() == "final" and (build / "campfire.bc7.dds").read_bytes() != draft
+    again = watch(campfire.name)
+    again.hears("watching")
+    assert quality() == "final", "what a build has encoded in full is up to date"
+    assert again.ends() == 0
 
 
 def test_a_mistake_is_reported_and_waited_out(watch: Start, campfire: Path) -> None:

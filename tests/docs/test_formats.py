@@ -53,6 +53,7 @@ RECIPES: dict[str, dict[str, Any]] = {
             "alpha": "premultiplied",
             "scales": [1, 0.5],
             "gpu": ["bc7.dds", "astc-6x6.ktx2"],
+            "supercompression": "zstd",
         },
         "maps": {"motion": "godot", "flame": True, "flakes": True, "emission": "exr", "haze": True},
         "exports": ["json", "json-array", "phaser", "aseprite", "tpsheet", "godot", "unity"],

@@ -17,17 +17,21 @@ import texture2ddecoder
 from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
+from zstandard import ZstdDecompressor
 
 from fire_atlas.atlas.encode import encode_frame
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.core.workers import Workers
-from fire_atlas.formats.textures.blocks import FORMATS, decode_blocks, encode_blocks
+from fire_atlas.formats.textures.astc import encode_astc
+from fire_atlas.formats.textures.blocks import FORMATS, BlockFormat, decode_blocks
 from fire_atlas.formats.textures.dds import read_dds, write_dds
+from fire_atlas.formats.textures.encode import Content, _Pass, encode_images
 from fire_atlas.formats.textures.error import colour_texture_error, data_error
 from fire_atlas.formats.textures.gpu_texture import AlphaMode, TextureHeader, level_sizes
-from fire_atlas.formats.textures.ktx2 import read_ktx2, write_ktx2
+from fire_atlas.formats.textures.ktx2 import read_ktx2, supercompressed, write_ktx2
 from fire_atlas.formats.textures.texture_file import read_texture, write_texture
+from fire_atlas.recipe.gpu import GpuQuality
 from tests.support.clips import campfire
 from tests.support.requirements import node_modules
 
@@ -50,6 +54,15 @@ def fire() -> Bytes:
     its half too."""
     image = encode_frame(campfire(height=144, count=4).read(2), "premultiplied", "srgb")
     return np.ascontiguousarray(image[: len(image) // 24 * 24, : image.shape[1] // 24 * 24])
+
+
+def encode_blocks(
+    image: Bytes, format_: BlockFormat, srgb: bool, workers: Workers,
+    content: Content = "premultiplied", quality: GpuQuality = "final",
+) -> bytes:  # fmt: skip
+    """The blocks of one image in one format."""
+    ((data,),) = encode_images([image], [format_], srgb, workers, quality=quality, content=content)
+    return data
 
 
 OTHERS = {"etc2": "etc2a8", "eac-r11": "eacr", "eac-rg11": "eacrg"}
@@ -252,6 +265,100 @@ def test_vectors_are_compared_in_their_channels_alone(workers: Workers) -> None:
     assert data_error(other, image, 2, workers).psnr == pytest.approx(expected, abs=0.006)
 
 
+def packed(header: TextureHeader, levels: list[bytes], workers: Workers) -> io.BytesIO:
+    """A KTX2 file whose levels are supercompressed."""
+    file = io.BytesIO()
+    levels = supercompressed(levels, True, workers)
+    write_ktx2(file, replace(header, supercompression="zstd"), levels)
+    return file
+
+
+@pytest.mark.parametrize("name", ["bc7", "astc-6x6", "eac-r11"])
+def test_supercompressed_levels_come_back_from_fewer_bytes(
+    name: str, fire: Bytes, workers: Workers
+) -> None:
+    header = header_of(name, fire, 2)
+    levels = [encode_blocks(each, header.format, False, workers) for each in (fire, fire[::2, ::2])]
+    plain = io.BytesIO()
+    write_ktx2(plain, header, levels)
+    data = packed(header, levels, workers).getvalue()
+    assert len(data) < 0.8 * len(plain.getvalue())
+    assert read_ktx2(data) == replace(header, supercompression="zstd")
+    assert read_ktx2(data).memory == read_ktx2(plain.getvalue()).memory
+    for (place, size), level in zip(level_index(data), levels, strict=True):
+        unpacked = ZstdDecompressor().decompress(data[place : place + size])
+        assert unpacked == level
+    for cut in (data[:-1], data.replace(struct.pack("<Q", len(levels[0])), bytes(8))):
+        with pytest.raises(ValueError, match="level"):
+            read_ktx2(cut)
+
+
+@pytest.mark.parametrize("name", ["bc7", "astc-6x6"])
+def test_ktx_parse_reads_supercompressed_ktx2(
+    name: str, node: str, fire: Bytes, workers: Workers, tmp_path: Path
+) -> None:
+    header = header_of(name, fire, 2)
+    levels = [encode_blocks(each, header.format, False, workers) for each in (fire, fire[::2, ::2])]
+    file = tmp_path / "fire.ktx2"
+    file.write_bytes(packed(header, levels, workers).getvalue())
+    done = subprocess.run(
+        [node, PARSE, node_modules(), file], capture_output=True, text=True, check=True
+    )
+    said = json.loads(done.stdout)
+    assert said["scheme"] == 2 and said["unpacked"] == [len(level) for level in levels]
+    assert said["levels"] == [size for _, size in level_index(file.read_bytes())]
+    assert said["same"], "its writer gives the same descriptor and levels"
+
+
+@pytest.mark.parametrize("name", ["bc7", "astc-6x6"])
+@pytest.mark.parametrize("content", ["straight", "premultiplied"])
+def test_passes_lose_no_more_than_one_of_full_effort(
+    name: str, content: Literal["straight", "premultiplied"], workers: Workers,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    frames = campfire(height=240, count=4)
+    images = [encode_frame(frames.read(i), content, "srgb") for i in range(4)]
+    image = np.concatenate(images, axis=1)
+
+    def psnr(quality: GpuQuality = "final") -> float:
+        data = encode_blocks(image, FORMATS[name], False, workers, content, quality)
+        decoded = decode_blocks(data, image.shape[1], image.shape[0], FORMATS[name], False, workers)
+        return colour_texture_error(decoded, image, content, "srgb", workers).psnr
+
+    final, draft = psnr(), psnr("draft")
+    once = {("bc7", content): (_Pass(2),), ("astc", content): (_Pass(80),)}
+    monkeypatch.setattr("fire_atlas.formats.textures.encode._PASSES", once)
+    assert final >= psnr() + (0.05 if content == "straight" else -0.05)
+    assert draft < final - 0.3
+
+
+def test_equal_blocks_are_encoded_once(
+    fire: Bytes, workers: Workers, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    given = list[int]()
+
+    def counted(image: Bytes, side: int, *rest: Any) -> bytes:
+        given.append(image.shape[1] // side)
+        return encode_astc(image, side, *rest)
+
+    monkeypatch.setattr("fire_atlas.formats.textures.encode.encode_astc", counted)
+    one = encode_blocks(fire, FORMATS["astc-6x6"], False, workers, quality="draft")
+    blocks = fire.reshape(-1, 6, fire.shape[1] // 6, 6, 4).swapaxes(1, 2).reshape(-1, 144)
+    different = len(np.unique(blocks, axis=0))
+    assert sum(given) == different < len(blocks)
+    tall = np.concatenate([fire, fire])
+    assert encode_blocks(tall, FORMATS["astc-6x6"], False, workers, quality="draft") == one + one
+    assert sum(given) == 2 * different
+
+
+def test_formats_side_by_side_are_those_of_each_alone(fire: Bytes, workers: Workers) -> None:
+    images = [fire, np.ascontiguousarray(fire[::2, ::2])]
+    formats = [FORMATS[name] for name in ("bc7", "astc-6x6", "bc3", "astc-4x4", "bc5")]
+    together = encode_images(images, formats, False, workers, content="straight")
+    for format_, found in zip(formats, together, strict=True):
+        assert encode_images(images, [format_], False, workers, content="straight") == [found]
+
+
 @pytest.mark.parametrize("name", FORMATS)
 @pytest.mark.parametrize("srgb", [False, True])
 def test_ktx_parse_reads_our_ktx2(
@@ -278,9 +385,13 @@ def test_ktx_parse_reads_our_ktx2(
 
 
 BC = ["bc1", "bc3", "bc4", "bc5", "bc7"]
+ZSTD = "+zstd"
+"""What the name of a format that is supercompressed ends in."""
+
 SAMPLED = [
     # three's KTX2Loader knows no others, and ETC2 with alpha as sRGB alone.
     *((name, "ktx2", "three") for name in (*BC, "astc-4x4", "astc-6x6", "eac-r11", "eac-rg11")),
+    *((name + ZSTD, "ktx2", "three") for name in ("bc7", "bc5", "astc-4x4", "astc-6x6")),
     *((name, "dds", "three") for name in OLD_DDS),
     *((name, "dds", "pixi") for name in BC),
 ]
@@ -308,11 +419,14 @@ def sampled(
     images = [fire, np.ascontiguousarray(fire[::2, ::2])]
     written = []
     for name, ending, client in SAMPLED:
-        header = header_of(name, fire, 2)
+        header = header_of(name.removesuffix(ZSTD), fire, 2)
         levels = [encode_blocks(each, header.format, False, workers) for each in images]
         file = folder / f"{name}.{client}.{ending}"
-        with file.open("wb") as target:
-            write_texture(target, file.name, header, levels)
+        if name.endswith(ZSTD):
+            file.write_bytes(packed(header, levels, workers).getvalue())
+        else:
+            with file.open("wb") as target:
+                write_texture(target, file.name, header, levels)
         written.append((header, levels, file))
     done = subprocess.run(
         [node, SAMPLE, node_modules(), *(file.name for *_, file in written)],
@@ -353,11 +467,11 @@ def test_straight_colours_that_hardly_show_cost_others_little(
     """Of the premultiplied image, to which bits go where they are seen, little is lost more."""
     light = campfire(height=288, count=4).read(2)
     found = dict[str, float]()
-    for alpha in ("straight", "premultiplied"):
+    alphas: tuple[Literal["straight", "premultiplied"], ...] = ("straight", "premultiplied")
+    for alpha in alphas:
         image = encode_frame(light, alpha, "srgb")
         height, width = image.shape[:2]
-        is_straight = alpha == "straight"
-        data = encode_blocks(image, FORMATS[name], False, workers, has_straight_colour=is_straight)
+        data = encode_blocks(image, FORMATS[name], False, workers, alpha)
         decoded = decode_blocks(data, width, height, FORMATS[name], False, workers)
         found[alpha] = colour_texture_error(decoded, image, alpha, "srgb", workers).psnr
     assert found["premultiplied"] - found["straight"] < most_lost
@@ -368,7 +482,7 @@ def test_opaque_colours_are_encoded_as_they_are(name: str, fire: Bytes, workers:
     opaque = fire.copy()
     opaque[..., 3] = 255
     plain, straight = (
-        encode_blocks(opaque, FORMATS[name], False, workers, has_straight_colour=each)
-        for each in (False, True)
+        encode_blocks(opaque, FORMATS[name], False, workers, each)
+        for each in ("premultiplied", "straight")
     )
     assert plain == straight

@@ -175,7 +175,10 @@ def test_inspect_says_in_words_that_nothing_moves(
     assert "closer" not in said
 
 
-FIGURES = {"held_out": 8, "written": True, "gain": 0.3149}
+FIGURES = {
+    "held_out": 8, "written": True, "gain": 0.3149, "method": "dis",
+    "residual": {"blend": 4.0, "dis": 2.7404, "farneback": 2.9}, "fewer_frames": {},
+}  # fmt: skip
 
 
 @pytest.mark.parametrize(

@@ -12,12 +12,20 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.pixels import Bytes, as_plane
 from fire_atlas.core.workers import Workers
+from fire_atlas.maps.vectors import estimate, steps
 from fire_atlas.maps.vectors.cells import change_weight, extended
-from fire_atlas.maps.vectors.cross_validation import cross_validate
+from fire_atlas.maps.vectors.cross_validation import residuals, two_fold
 from fire_atlas.maps.vectors.encoding import MotionEncoding, motion_encoding
 from fire_atlas.maps.vectors.estimate import Motion, estimate_motion
-from fire_atlas.maps.vectors.flow import Vectors, displayed_thumbnail, step_motion
-from fire_atlas.maps.vectors.held_out import hold_out
+from fire_atlas.maps.vectors.flow import (
+    Method,
+    StepMotion,
+    Vectors,
+    displayed_thumbnail,
+    step_motion,
+)
+from fire_atlas.maps.vectors.held_out import gaps_to_test, hold_out
+from fire_atlas.maps.vectors.steps import Steps
 from fire_atlas.recipe.output import Engine
 
 SIZE = 160
@@ -69,14 +77,19 @@ def test_a_translation_is_found_to_half_a_pixel(step: tuple[float, float]) -> No
         assert np.percentile(off, 99) < 0.5
 
 
-def test_a_rotation_is_found_to_half_a_pixel() -> None:
-    turn = math.radians(3)
+def turning(count: int, turn: float) -> list[Bytes]:
+    """A cloud that turns, so many radians a frame."""
 
     def place(x: Array, y: Array, i: int) -> tuple[Array, Array]:
         cos, sin = math.cos(turn * i), math.sin(turn * i)
         return x * cos + y * sin, -x * sin + y * cos
 
-    frames = clip(place)
+    return clip(place, count)
+
+
+def test_a_rotation_is_found_to_half_a_pixel() -> None:
+    turn = math.radians(3)
+    frames = turning(7, turn)
     motion = learned(frames)
     y, x = np.mgrid[:SIZE, :SIZE] - (SIZE - 1) / 2
     # What is at p now was at R⁻½ p half a step ago: the vector is R½ p − R⁻½ p.
@@ -143,12 +156,12 @@ class Misread(MotionEncoding):
 def test_cross_validation_says_how_much_closer_the_right_signs_are(engine: Engine) -> None:
     frames = clip(lambda x, y, i: (x - 3 * (i - 4), y + 3 * (i - 4)), 9)
     with Workers(2) as workers:
-        held_out = hold_out(frames, {}, loop=False, pad=8, workers=workers)
+        steps = Steps(frames, False, "dis", workers)
+        held_out = hold_out(gaps_to_test(frames, {}, loop=False), steps, 8, workers)
 
     def gain(signs: tuple[int, int]) -> float:
-        report = cross_validate(held_out, Misread(**asdict(motion_encoding(engine)), signs=signs))
-        assert report is not None
-        return report.gain
+        read = Misread(**asdict(motion_encoding(engine)), signs=signs)
+        return residuals(two_fold(held_out), read, steps_are_double=True).gain
 
     assert gain((1, 1)) > 0.5
     assert max(map(gain, ((1, -1), (-1, 1), (-1, -1)))) < 0.1
@@ -222,9 +235,10 @@ def test_pictures_that_hardly_differ_keep_few_of_their_vectors() -> None:
     assert change_weight(still, 255 - still).min() > 0.9
 
 
-def test_the_ways_there_and_back_are_one_way() -> None:
+@pytest.mark.parametrize("method", get_args(Method))
+def test_the_ways_there_and_back_are_one_way(method: Method) -> None:
     one, other = clip(lambda x, y, i: (x - 4 * i, y + 2 * i), 2)
-    there, back = step_motion(one, other), step_motion(other, one)
+    there, back = step_motion(one, other, method), step_motion(other, one, method)
     inside = paint(*(np.mgrid[:SIZE, :SIZE][::-1] - SIZE / 2))[..., 3] > 250
     assert np.abs((there.vectors + back.vectors)[inside]).max() < 0.1
 
@@ -234,3 +248,112 @@ def test_the_number_of_workers_changes_nothing() -> None:
     one, three = learned(frames, jobs=1), learned(frames, jobs=3)
     assert np.array_equal(one.cells, three.cells)
     assert one.validation == three.validation
+
+
+def drifting(count: int, step: tuple[float, float]) -> list[Bytes]:
+    """A cloud that moves as one: patches are found again exactly, which suits DIS."""
+    return clip(
+        lambda x, y, i: (x - step[0] * (i - count // 2), y - step[1] * (i - count // 2)), count
+    )
+
+
+def rippling(count: int = 9) -> list[Bytes]:
+    """A rising cloud whose rows sway against each other, so that no patch keeps its form: its
+    motion is smooth, which suits Farnebäck's flow."""
+    return clip(lambda x, y, i: (x - 8 * np.sin(y / 12 + 0.35 * i), y + 2 * (i - 4)), count)
+
+
+@pytest.mark.parametrize(
+    ("frames", "better", "other"),
+    [(drifting(9, (3, -4)), "dis", "farneback"), (rippling(), "farneback", "dis")],
+)
+def test_each_clip_gets_the_method_that_is_closer_to_its_own_frames(
+    frames: list[Bytes], better: Method, other: Method, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    motion = learned(frames)
+    assert motion.validation is not None
+    assert motion.validation.method == better
+    assert motion.validation.residual[better] < 0.95 * motion.validation.residual[other]
+    for method, is_same in ((better, True), (other, False)):
+        monkeypatch.setattr(estimate, "better_method", lambda *_, m=method, **__: m)
+        assert np.array_equal(learned(frames).cells, motion.cells) == is_same
+
+
+def test_a_tie_keeps_dis() -> None:
+    """Both methods find a slow turn."""
+    found = learned(turning(9, math.radians(3))).validation
+    assert found is not None
+    assert 0.99 * found.residual["dis"] < found.residual["farneback"] < found.residual["dis"]
+    assert found.method == "dis"
+
+
+def test_the_residual_is_what_another_player_leaves() -> None:
+    """Of a cloud that moves by whole px, played plainly: by hand, over all held-out frames."""
+    frames = drifting(12, (2, -3))
+    found = learned(frames).validation
+    assert found is not None
+
+    def left(gaps: list[tuple[int, int, int]]) -> float:
+        squares = []
+        for before, at, after in gaps:
+            one, two, three = (frames[i].astype(np.float64) for i in (before, at, after))
+            share = (at - before) / (after - before)
+            squares.append(np.mean((one * (1 - share) + three * share - two) ** 2))
+        return math.sqrt(np.mean(squares))
+
+    held_out = [(i - 1, i, i + 1) for i in (1, 2, 4, 5, 6, 7, 9, 10)]
+    assert found.residual["blend"] == pytest.approx(left(held_out), rel=1e-4)
+    assert found.fewer[2].blend == pytest.approx(found.residual["blend"], rel=1e-6)
+    fifths = [(5 * step, 5 * step + i, 5 * step + 5) for step in (0, 1) for i in range(1, 5)]
+    assert found.fewer[5].blend == pytest.approx(left(fifths), rel=1e-4)
+    assert found.residual["dis"] < found.fewer[2].vectors * 1.01 < found.fewer[5].vectors
+
+
+def test_frames_that_a_source_has_too_are_not_taken_for_those_of_fewer() -> None:
+    """Every other frame of a source is shown: half of those are every fourth of the source."""
+    frames = drifting(33, (0.5, -0.75))
+    between = {i: (0.5, frames[2 * i + 1]) for i in (0, 5, 10, 15)}
+    half, alone = learned(frames[::2], between).validation, learned(frames[::2]).validation
+    assert half is not None and alone is not None
+    assert half.residual["blend"] < half.fewer[2].blend < half.fewer[5].blend
+    assert half.fewer[5] == pytest.approx(alone.fewer[5], rel=1e-6)
+    assert half.residual["dis"] < 0.7 * half.residual["blend"]
+
+
+@pytest.mark.parametrize(("count", "times"), [(4, [2]), (10, [2]), (11, [2, 5])])
+def test_only_what_leaves_three_frames_is_tried_with_fewer(count: int, times: list[int]) -> None:
+    found = learned(drifting(count, (1, -1))).validation
+    assert found is not None and list(found.fewer) == times
+
+
+def test_a_loop_with_fewer_frames_goes_on_into_its_first() -> None:
+    turn = 2 * math.pi / 15
+
+    def place(x: Array, y: Array, i: int) -> tuple[Array, Array]:
+        return x - 6 * math.cos(turn * i), y - 6 * math.sin(turn * i)
+
+    frames = clip(place, 15)
+    round_later = frames[5:] + frames[:5]
+    one, other = (learned(each, loop=True).validation for each in (frames, round_later))
+    assert one is not None and other is not None
+    assert one.fewer[5].blend == pytest.approx(other.fewer[5].blend, rel=0.05)
+
+
+def test_each_step_is_estimated_once_by_the_method_that_stays(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Those over frames of the source that are not shown are the steps that are played."""
+    asked: list[tuple[int, int, Method]] = []
+    all_frames = drifting(17, (1, -1))
+    shown = all_frames[::2]
+    number = {id(frame): i for i, frame in enumerate(shown)}
+
+    def counted(before: Bytes, after: Bytes, method: Method) -> StepMotion:
+        asked.append((number[id(before)], number[id(after)], method))
+        return step_motion(before, after, method)
+
+    monkeypatch.setattr(steps, "step_motion", counted)
+    learned(shown, {i: (0.5, frame) for i, frame in enumerate(all_frames[1::2])})
+    played = {(i, i + 1, method) for i in range(8) for method in get_args(Method)}
+    halved = {(i, i + 2, "dis") for i in range(0, 8, 2)}
+    assert sorted(asked) == sorted(played | halved)

@@ -13,6 +13,7 @@ import pytest
 from fire_atlas.effect.flame.study import FlameStudy, study_flame
 from fire_atlas.generators.profile.fire import learn_profile
 from fire_atlas.generators.profile.model import Profile
+from fire_atlas.outputs import ownership
 from fire_atlas.outputs.locks import locked, recipe_lock
 from fire_atlas.sources.registry import open_source
 from tests.support.repo import Repo, command, contents, environment
@@ -297,6 +298,23 @@ def test_two_recipes_share_a_folder_without_touching_each_other(repo: Repo) -> N
     assert both.keys() - fire.keys() == {name.replace("fire", "torch") for name in fire}
     assert fire.items() <= both.items()
     assert repo.run("build", repo.folder).out.count("yaml: up to date") == 2
+
+
+def test_a_build_of_its_own_files_reads_no_manifest_of_another(
+    repo: Repo, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Or n recipes of a folder would read n² manifests."""
+    read: list[str] = []
+    monkeypatch.setattr(ownership, "_manifest_of_another", lambda _, name: read.append(name))
+    repo.clip()
+    fire = repo.recipe("fire.yaml")
+    repo.built(fire)
+    repo.built(repo.recipe("torch.yaml"))
+    assert repo.run("build", "--force", fire).code == 0
+    assert read == []
+    (repo.build / "new.png").write_bytes(b"somebody's")
+    assert repo.run("build", repo.recipe("new.yaml")).code == 1
+    assert set(read) == {"fire", "torch"}
 
 
 def test_what_another_build_wrote_is_never_written_over(repo: Repo) -> None:

@@ -12,6 +12,7 @@ import pytest
 import texture2ddecoder
 from numpy.typing import NDArray
 from PIL import Image
+from zstandard import ZstdDecompressor
 
 from fire_atlas.core.shipped import shipped
 from fire_atlas.formats.atlas.texture_packer import read_atlas
@@ -47,7 +48,10 @@ def blocks_of(path: Path) -> tuple[int, int, list[bytes]]:
     if path.suffix == ".ktx2":
         width, height, *_, count = struct.unpack_from("<6I", data, 20)
         index = [struct.unpack_from("<2Q", data, 80 + 24 * level) for level in range(count)]
-        return width, height, [data[place : place + size] for place, size in index]
+        levels = [data[place : place + size] for place, size in index]
+        if data[44] == 2:
+            levels = [ZstdDecompressor().decompress(level) for level in levels]
+        return width, height, levels
     height, width, _, _, count = struct.unpack_from("<5I", data, 12)
     levels, at = [], 148 if data[84:88] == b"DX10" else 128
     for level in range(count):
@@ -311,6 +315,10 @@ REFUSED: list[tuple[dict[str, Any], dict[str, Any], str]] = [
     ({"gpu": ["astc-6x6.dds"]}, {}, "atlas.gpu"),
     ({"mips": 3}, {}, "are the levels of compressed textures"),
     ({"gpu": ["bc7.dds"], "mips": 0}, {}, "atlas.mips"),
+    ({"gpu_quality": "draft"}, {}, "atlas.gpu_quality: is of compressed textures"),
+    ({"gpu_quality": "fast", "gpu": ["bc7.dds"]}, {}, "atlas.gpu_quality"),
+    ({"supercompression": "zstd"}, {}, "atlas.supercompression: is of KTX2 files"),
+    ({"supercompression": "zstd", "gpu": ["bc7.dds"]}, {}, "atlas.supercompression: is of KTX2"),
 ]
 
 
@@ -336,6 +344,72 @@ def test_a_missing_extra_is_named(repo: Repo, monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setattr("fire_atlas.formats.problems.find_spec", lambda name: None)
     ran = repo.run("check", repo.recipe(atlas={"gpu": ["bc7.dds"]}))
     assert ran.code == 1 and "pip install 'fire-atlas[gpu]'" in ran.err
+
+
+def test_a_missing_zstandard_is_named(repo: Repo, monkeypatch: pytest.MonkeyPatch) -> None:
+    repo.clip()
+    monkeypatch.setattr(
+        "fire_atlas.formats.problems.find_spec", lambda name: name != "zstandard" or None
+    )
+    atlas = {"gpu": ["bc7.ktx2"], "supercompression": "zstd"}
+    ran = repo.run("check", repo.recipe(atlas=atlas))
+    assert ran.code == 1 and "needs zstandard: pip install 'fire-atlas[gpu]'" in ran.err
+    assert repo.run("check", repo.recipe(atlas={"gpu": ["bc7.ktx2"]})).code == 0
+
+
+@pytest.mark.parametrize("layout", ["packed", "grid"])
+def test_supercompressed_files_hold_the_same_blocks(repo: Repo, layout: str) -> None:
+    repo.clip()
+    atlas = {"gpu": ["bc7.ktx2", "astc-6x6.ktx2", "bc3.dds"], "layout": layout}
+    maps = {"motion": "godot"} if layout == "grid" else {}
+    plain = repo.built(repo.recipe(atlas=atlas, maps=maps))
+    levels = {name: blocks_of(repo.build / name) for name in plain if name.endswith(".ktx2")}
+    recipe = repo.recipe(atlas={**atlas, "supercompression": "zstd"}, maps=maps)
+    packed = repo.built(recipe, "--jobs", "2")
+    assert packed.keys() == plain.keys() and len(levels) == (4 if maps else 2)
+    for name, found in levels.items():
+        assert blocks_of(repo.build / name) == found
+        assert len(packed[name]) < 0.75 * len(plain[name])
+        assert read_texture(repo.build / name).memory == sum(map(len, found[2]))
+    assert packed["fire.bc3.dds"] == plain["fire.bc3.dds"]
+    assert repo.built(recipe, "--force", "--jobs", "1") == packed
+    assert repo.run("inspect", repo.build / "fire.json", "--memory").code == 0
+
+
+def test_a_draft_stands_in_the_manifest_and_a_build_encodes_again(repo: Repo) -> None:
+    repo.clip()
+    atlas = {"gpu": ["bc7.dds", "astc-6x6.ktx2"]}
+    recipe = repo.recipe(atlas=atlas)
+    final = repo.built(recipe, "--cache", repo.folder / "cache")
+    assert statistics(repo)["gpu_quality"] == "final"
+    ran = repo.run(
+        "build", recipe, "--set", "atlas.gpu_quality=draft", "--cache", repo.folder / "cache"
+    )
+    assert ran.code == 0 and "atlas.gpu_quality: draft" in ran.out + ran.err
+    assert statistics(repo)["gpu_quality"] == "draft"
+    for name in ("fire.bc7.dds", "fire.astc-6x6.ktx2"):
+        assert (repo.build / name).read_bytes() != final[name]
+        assert (repo.build / name).stat().st_size == len(final[name])
+    assert (repo.build / "fire.png").read_bytes() == final["fire.png"]
+    assert repo.built(recipe) == final
+    assert "gpu_quality" not in statistics_of_plain_build(repo)
+
+
+def statistics_of_plain_build(repo: Repo) -> dict[str, Any]:
+    repo.built(repo.recipe())
+    return statistics(repo)
+
+
+def test_a_preview_is_a_draft_unless_the_recipe_says_otherwise(repo: Repo) -> None:
+    repo.clip()
+    for atlas, is_draft in (
+        ({"gpu": ["bc7.dds"]}, True),
+        ({"gpu": ["bc7.dds"], "gpu_quality": "final"}, False),
+        ({}, False),
+    ):
+        ran = repo.run("preview", repo.recipe(atlas=atlas), "-o", repo.folder / "fire.html")
+        assert ran.code == 0, ran.err
+        assert ("atlas.gpu_quality: draft" in ran.out + ran.err) == is_draft
 
 
 def test_encoders_are_loaded_only_where_textures_are_asked_for(repo: Repo) -> None:

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import as_plane
 from fire_atlas.core.workers import Workers
-from fire_atlas.vision.flow import optical_flow
+from fire_atlas.vision.flow import farneback_flow, optical_flow
 from fire_atlas.vision.sampling import ClipSamples, evenly_spread
 from fire_atlas.vision.warp import (
     BidirectionalFlow,
@@ -32,6 +32,14 @@ def test_a_known_shift_is_found(is_small: bool, finest_scale: int, refinements: 
     flow = optical_flow(one, other, is_small, finest_scale=finest_scale, refinements=refinements)
     assert np.median(flow[..., 0]) == pytest.approx(3, abs=0.2)
     assert np.median(flow[..., 1]) == pytest.approx(0, abs=0.2)
+
+
+def test_a_known_shift_is_found_by_farneback_too() -> None:
+    one, other = (np.ascontiguousarray(waves(by).astype(np.uint8).T) for by in (0, 3))
+    flow = farneback_flow(one, other)
+    assert np.median(flow[..., 0]) == pytest.approx(0, abs=0.2)
+    assert np.median(flow[..., 1]) == pytest.approx(3, abs=0.2)
+    assert np.abs(farneback_flow(one, one))[20:-20, 20:-20].max() < 0.01
 
 
 def test_no_motion_is_no_flow() -> None:

@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 
 from fire_atlas.core.easing import smooth_step
-from fire_atlas.core.picture import Picture, as_light, where_covered
+from fire_atlas.core.picture import Picture, as_light, brightest, darkest, where_covered
 from fire_atlas.core.pixels import Pixels, Plane, as_plane, light_added, pixels_of_added
 from fire_atlas.effect.composition.cover import cover_of_light
 
@@ -68,21 +68,21 @@ class Smoke:
         """
         coverage = np.clip(pixels[..., 3], 0, 1)
         shown = light_added(pixels, blend_space)
-        colour = shown / np.maximum(coverage, _MIN_COVERAGE)[..., None]
-        brightest, greyest = colour.max(axis=2), colour.min(axis=2)
+        room = np.maximum(coverage, _MIN_COVERAGE)
+        most, greyest = brightest(shown) / room, darkest(shown) / room
         # What is nearly black has the hue of what is around it.
         side = 2 * max(1, round(_AROUND * len(pixels))) + 1
         around, covered = (
             cv2.blur(plane, (side, side), borderType=cv2.BORDER_CONSTANT)
             for plane in (shown, coverage)
         )
-        most, least = around.max(axis=2), around.min(axis=2)
-        saturation = (most - least) / np.maximum(most, _BLACK)
-        glow = most / np.maximum(covered, _MIN_COVERAGE)
+        light = brightest(around)
+        saturation = (light - darkest(around)) / np.maximum(light, _BLACK)
+        glow = light / np.maximum(covered, _MIN_COVERAGE)
         vivid = smooth_step((saturation - _PALE) / (_VIVID - _PALE))
         dull = 1 - vivid * smooth_step((glow - _UNLIT) / (_GLOWING - _UNLIT))
-        grey = greyest * (1 - smooth_step((brightest - _DULL) / (_BRIGHT - _DULL)))
-        fire = coverage * (brightest - grey) / (1 - grey)
+        grey = greyest * (1 - smooth_step((most - _DULL) / (_BRIGHT - _DULL)))
+        fire = coverage * (most - grey) / (1 - grey)
         smoke = (coverage - fire) / np.maximum(1 - fire, _MIN_COVERAGE)
         # What hides all behind it does so also where it is as bright as a page can be.
         smoke = np.where(coverage >= 1, 1, np.clip(smoke, 0, 1) * dull) * (coverage > 0)
@@ -107,7 +107,7 @@ class Smoke:
         coverage = np.where(self.coverage < whole, 1 - np.minimum((1 - whole) / room, 1), 0)
         if cover != "none":
             # Where both hide all that is behind, the fire covers what its light needs.
-            needed = self._needed(shown.max(axis=2), cover)
+            needed = self._needed(brightest(shown), cover)
             coverage = np.where(self.coverage >= 1, needed, coverage)
         hides = {
             "full": coverage,
@@ -116,13 +116,13 @@ class Smoke:
         }[cover]
         light = np.maximum(shown - ((1 - hides) * self.grey)[..., None], 0)
         return pixels_of_added(
-            light, np.maximum(coverage, np.minimum(light.max(axis=2), 1)), blend_space
+            light, np.maximum(coverage, np.minimum(brightest(light), 1)), blend_space
         )
 
-    def _needed(self, brightest: Plane, cover: Cover) -> Plane:
-        """Return the coverage F (H, W) of a fire that shows its ``brightest`` channel over smoke
+    def _needed(self, most: Plane, cover: Cover) -> Plane:
+        """Return the coverage F (H, W) of a fire that shows ``most`` in a channel over smoke
         that hides all: F is that less (1 − G) of the grey, where the fire hides G, F or F²."""
-        above = np.maximum(brightest - self.grey, 0)
+        above = np.maximum(most - self.grey, 0)
         needed = above / np.maximum(1 - self.grey, _MIN_COVERAGE)
         if cover == "thin":  # G is F², as smoke that hides all leaves no more to hide
             needed = 2 * above / (1 + np.sqrt(np.maximum(1 - 4 * self.grey * above, 0)))

@@ -1,7 +1,7 @@
 """Emission: where and when flakes are spawned (Kim & Lee, sections III-B and C, Figure 7b)."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Self
 
@@ -75,6 +75,13 @@ _EDDY, _EDDY_SPREAD = 0.5, 1.0
 """Distance, heights, at which embers of one moment are moved alike again by turbulence, and the
 standard deviation, rad, of what each is ahead of its neighbours: eddies are larger than the gaps
 between embers."""
+
+_PLACES_TRIED = 16
+"""Places tried for an ember, so that it is apart from those born before it."""
+
+_APART, _APART_TIME = 0.05, 0.15
+"""Distance, heights, and time, s, within which two embers that leave a tongue of a fire with depth
+fly alike: a tip sheds several at once, and the same gas carries them."""
 
 _SPARK_SMALLER = 1.0
 """Number of standard deviations by which sparks of a burst are smaller than other flakes."""
@@ -311,6 +318,61 @@ def emit(frame: int, strength: Plane, labels: Labels, emitter: EmitterSettings) 
     return Spawns.concatenate(spawned)
 
 
+def elsewhere(
+    spawns: Spawns, frame: int, strength: Plane, labels: Labels, emitter: EmitterSettings
+) -> list[Spawns]:
+    """Return the flakes that ``emit`` spawned in a frame, and for each other places where it might
+    have been spawned as well, as flakes that are otherwise the same; sparks stay. See ``apart``."""
+    tried, embers = [spawns], np.flatnonzero(spawns.kind == EMBER)
+    if not len(embers):
+        return tried * _PLACES_TRIED
+    candidates = Candidates.of(strength, Fires(labels, emitter.fires), emitter.is_weighted)
+    chance = generator(emitter.seed, RandomStream.ELSEWHERE, frame)
+    for _ in range(_PLACES_TRIED - 1):
+        x, y = spawns.x.copy(), spawns.y.copy()
+        x[embers], y[embers] = candidates.choose(chance, len(embers), frame)
+        tried.append(replace(spawns, x=x, y=y))
+    return tried
+
+
+def apart(tried: Sequence[Spawns], height: int, duration: float) -> Spawns:
+    """Return flakes in the order of spawning, each ember where it is apart from those before it.
+
+    Of its places it has the first that is far enough in space and time from them, or else the
+    farthest (best candidate, Mitchell 1991).
+
+    Args:
+        tried: The same flakes in each of the places tried.
+        height: Frame height, px.
+        duration: Time, s, after which a loop begins again; infinite for what plays once.
+    """
+    if len(tried) == 1:
+        return tried[0]
+    first = tried[0]
+    embers = np.flatnonzero(first.kind == EMBER)
+    time = first.tick[embers] * (TICK / _APART_TIME)
+    place = np.stack([[flakes.x[embers], flakes.y[embers]] for flakes in tried], axis=-1)
+    place /= _APART * height
+    since = np.searchsorted(time, time - 1)
+    until = np.searchsorted(time, time + 1 - duration / _APART_TIME)  # those of the next round
+    taken = np.zeros(len(embers), np.intp)
+    for i, tries in enumerate(np.moveaxis(place, 1, 0)):
+        others = np.append(np.arange(min(until[i], since[i])), np.arange(since[i], i))
+        if not len(others):
+            continue
+        away = tries[:, None] - place[:, others, taken[others]][..., None]
+        passed = time[i] - time[others]
+        passed = np.minimum(passed, duration / _APART_TIME - passed)
+        square = ((away * away).sum(axis=0) + np.square(passed)[:, None]).min(axis=0)
+        taken[i] = np.argmax(np.minimum(square, 1))
+    choice = np.zeros(len(first.tick), np.intp)
+    choice[embers] = taken
+    every = np.arange(len(choice))
+    return Spawns(
+        *(np.stack([getattr(t, f.name) for t in tried])[choice, every] for f in fields(Spawns))
+    )
+
+
 @dataclass(frozen=True, slots=True)
 class Candidates:
     """Candidate pixels C_pos of a frame.
@@ -417,35 +479,41 @@ def _flakes(
 
 
 def in_depth(
-    spawns: Spawns,
+    tried: Sequence[Spawns],
     fire_depth: Callable[[Values, Values, Values], Values],
     frame: int,
     seed: int,
-) -> Spawns:
+) -> list[Spawns]:
     """Return flakes of a flat view with a place in depth, on the fire that is seen there.
 
     Sparks of a burst stay together; they are thrown into all directions around the vertical.
 
     Args:
-        spawns: The flakes spawned in one frame.
+        tried: The flakes spawned in one frame, in each of the places tried.
         fire_depth: As ``FireInDepth.fire_depth``, in that frame.
         frame: Index of the frame, for the random numbers.
         seed: The recipe's seed.
     """
-    if not len(spawns.tick):
-        return spawns
+    count = len(tried[0].tick)
+    if not count:
+        return list(tried)
     chance = generator(seed, RandomStream.DEPTH, frame)
-    places = np.stack([spawns.x, spawns.y])
+    places = np.concatenate([[spawns.x, spawns.y] for spawns in tried], axis=1)
     _, first, which = np.unique(places, axis=1, return_index=True, return_inverse=True)
     x, y = places[:, first]
-    heading = chance.uniform(0, 2 * math.pi, len(spawns.tick))
-    return replace(
-        spawns,
-        z=fire_depth(x, y, chance.random(len(first)))[which.reshape(-1)],
-        launch_x=spawns.launch_x * np.cos(heading),
-        launch_z=spawns.launch_x * np.sin(heading),
-        turbulence_phase_z=chance.uniform(0, 2 * math.pi, len(spawns.tick)),
-    )
+    heading = chance.uniform(0, 2 * math.pi, count)
+    z = fire_depth(x, y, chance.random(len(first)))[which.reshape(-1)]
+    phase = chance.uniform(0, 2 * math.pi, count)
+    return [
+        replace(
+            spawns,
+            z=deep,
+            launch_x=spawns.launch_x * np.cos(heading),
+            launch_z=spawns.launch_x * np.sin(heading),
+            turbulence_phase_z=phase,
+        )
+        for spawns, deep in zip(tried, np.split(z, len(tried)), strict=True)
+    ]
 
 
 def with_bursts_in_rate(spawns: Spawns, labels: Labels, seed: int) -> Spawns:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.easing import smooth_step
-from fire_atlas.core.picture import Picture, as_light
+from fire_atlas.core.picture import Picture, as_light, brightest
 from fire_atlas.core.pixels import (
     Pixels,
     Plane,
@@ -108,16 +108,16 @@ class DarkRoom:
         if haze := _haze(resting, moves):
             return cls(np.zeros_like(resting), nothing, haze)
         # Means of pixels have less grain than the pixels themselves.
-        spread = np.std(np.stack([frame.max(axis=2) for frame in shown]), axis=0)
+        spread = np.std(np.stack([brightest(frame) for frame in shown]), axis=0)
         grain = as_plane(spread * smaller)
         # A wall may share the outline of what stands before it; a glow has one without the wall.
-        peaks = [as_plane(frame.max(axis=2)) for frame in shown]
-        veil = _veil(resting, nothing, grain).max(axis=2)
+        peaks = [brightest(frame) for frame in shown]
+        veil = brightest(_veil(resting, nothing, grain))
         found = np.minimum(
             still_things([peak * np.float32(255) for peak in peaks], moves),
             still_things([np.maximum(peak - veil, 0) * np.float32(255) for peak in peaks], moves),
         )
-        things = _whole(found, as_plane(resting.max(axis=2)))
+        things = _whole(found, brightest(resting))
         whole = [
             as_plane(cv2.resize(each, (clip.width, clip.height)))
             for each in (_veil(resting, things, grain), things)
@@ -127,13 +127,13 @@ class DarkRoom:
     def cleared(self, picture: Picture, blend_space: str) -> Pixels:
         """Return a frame (H, W, 4) without the veil, and with things that hide."""
         pixels = as_light(picture)
-        shown, veil = _shown(pixels, blend_space), self.veil.max(axis=2)
+        shown, veil = _shown(pixels, blend_space), brightest(self.veil)
         # What is far brighter is a flame before the wall, which hides it.
-        beyond = shown.max(axis=2) / np.maximum(veil, _MIN_COVERAGE)
+        beyond = brightest(shown) / np.maximum(veil, _MIN_COVERAGE)
         taken = 1 - smooth_step((beyond - _WALL) / (_FLAME - _WALL))
         shown = np.maximum(shown - self.veil * taken[..., None], 0)
         bright = decode_unit(shown) if blend_space == "linear" else shown
-        coverage = np.maximum(np.minimum(bright.max(axis=2), pixels[..., 3]), self.things)
+        coverage = np.maximum(np.minimum(brightest(bright), pixels[..., 3]), self.things)
         return pixels_of_added(bright, coverage, blend_space)
 
 
@@ -146,8 +146,8 @@ def _border(height: int, width: int) -> NDArray[np.bool_]:
 
 def _haze(resting: NDArray[np.float32], moves: Plane) -> float:
     """Return the brightness, 0..255, of a room that is too bright for a veil; 0 if it is dark."""
-    border, brightest = _border(*moves.shape), resting.max(axis=2)
-    lit = brightest[border & (brightest > _SCENE) & (moves < _MIN_THING)]
+    border, peak = _border(*moves.shape), brightest(resting)
+    lit = peak[border & (peak > _SCENE) & (moves < _MIN_THING)]
     return 255 * float(np.median(lit)) if lit.size > border.sum() / 2 else 0.0
 
 
@@ -164,14 +164,14 @@ def _veil(resting: NDArray[np.float32], things: Plane, grain: Plane) -> NDArray[
     weight = cv2.GaussianBlur(beside, *spread)[..., None]
     smooth = cv2.GaussianBlur(resting * beside[..., None], *spread)
     smooth = as_plane(smooth / np.maximum(weight, _MIN_COVERAGE))
-    brightest = as_plane(smooth.max(axis=2))
+    peak = brightest(smooth)
     border = _border(height, width) & (things < _MIN_THING)
-    is_veil = (brightest > _VEIL) & (brightest < _SCENE)
-    reached = brightest[border & is_veil]
+    is_veil = (peak > _VEIL) & (peak < _SCENE)
+    reached = peak[border & is_veil]
     if is_veil.mean() < _WIDE or reached.size < _REACHED * max(border.sum(), 1):
         return np.zeros_like(resting)
     level = float(np.percentile(reached, 90))
-    own = smooth_step((brightest - level) / ((_REMAINS - 1) * level))
+    own = smooth_step((peak - level) / ((_REMAINS - 1) * level))
     room = as_plane(1 - np.maximum(own, things))
     return as_plane((smooth + np.float32(_GRAIN * np.median(grain[is_veil]))) * room[..., None])
 

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fire_atlas.core.picture import brightest
 from fire_atlas.core.pixels import Bytes, is_visible, psnr_of
 from fire_atlas.core.workers import Workers
 
@@ -72,7 +73,7 @@ def measured_error(lossy: Bytes, lossless: Bytes, straight: bool, workers: Worke
 def _band_error(lossy: Bytes, lossless: Bytes, straight: bool) -> _BandError:
     ours, exact = _light(lossy, straight), _light(lossless, straight)
     difference = ours - exact
-    shown = difference[is_visible(lossless[..., 3], np.maximum(ours, exact).max(axis=2) / 255)]
+    shown = difference[is_visible(lossless[..., 3], brightest(np.maximum(ours, exact)) / 255)]
     return _BandError(int((shown * shown).sum()), len(shown), int(np.abs(difference).max()))
 
 

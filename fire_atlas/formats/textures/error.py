@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.atlas.encode import light_over_black
+from fire_atlas.core.picture import brightest
 from fire_atlas.core.pixels import Bytes, hue_difference, is_visible, psnr_of
 from fire_atlas.core.workers import Workers
 
@@ -98,12 +99,18 @@ def _bands(
 
 
 def _compared(ours: Bytes, exact: Bytes, alpha: str, blend_space: str) -> _BandSums:
-    channels = 3 if alpha == "additive" else 4
+    """Compare what is visible of a band of rows, as an image of one row."""
+    cover = exact[..., 3]
+    # No straight colour shows more than its alpha.
+    light = cover if alpha == "straight" else brightest(exact)
+    visible = is_visible(cover, light)
+    ours, exact = ours[visible][None], exact[visible][None]
+    if not exact.size:
+        return _BandSums(0, 0, np.zeros(_HUE_BINS, np.int64))
     one, other = (_premultiplied(image, alpha == "straight") for image in (ours, exact))
-    visible = is_visible(exact[..., 3], other[..., :3].max(axis=2) / 255)
-    difference = (one - other)[visible][:, :channels]
-    light = [light_over_black(image, alpha, blend_space)[visible] for image in (ours, exact)]
-    steps = (hue_difference(*light) / np.float32(_HUE_STEP)).astype(np.intp)
+    difference = (one - other)[..., : 3 if alpha == "additive" else 4]
+    shown = [light_over_black(image, alpha, blend_space)[0] for image in (ours, exact)]
+    steps = (hue_difference(*shown) / np.float32(_HUE_STEP)).astype(np.intp)
     hues = np.bincount(np.minimum(steps, _HUE_BINS - 1), minlength=_HUE_BINS)
     return _BandSums(int((difference**2).sum()), difference.size, hues)
 

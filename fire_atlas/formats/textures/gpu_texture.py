@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 from fire_atlas.formats.textures.blocks import BlockFormat
+from fire_atlas.recipe.gpu import Supercompression
 
 AlphaMode: TypeAlias = Literal["straight", "premultiplied", "opaque", "unstated"]
 """``opaque``: there is none; ``unstated``: a file that was read does not say."""
@@ -18,7 +19,8 @@ class TextureHeader:
         width, height: Size of its first level, px.
         srgb: Whether a GPU decodes colours from sRGB as it samples them.
         alpha: How alpha is stored.
-        sizes: Bytes of each mip level, the largest first.
+        sizes: Bytes of the blocks of each mip level, the largest first.
+        supercompression: How levels are compressed once more in the file.
     """
 
     format: BlockFormat
@@ -27,6 +29,7 @@ class TextureHeader:
     srgb: bool
     alpha: AlphaMode
     sizes: tuple[int, ...]
+    supercompression: Supercompression = "none"
 
     @property
     def memory(self) -> int:

@@ -9,8 +9,10 @@ from collections.abc import Sequence
 from typing import BinaryIO
 
 from fire_atlas.core.version import __version__
+from fire_atlas.core.workers import Workers
 from fire_atlas.formats.textures.blocks import FORMATS, BlockFormat
 from fire_atlas.formats.textures.gpu_texture import AlphaMode, TextureHeader, level_sizes
+from fire_atlas.recipe.gpu import Supercompression
 
 _MAGIC = b"\xabKTX 20\xbb\r\n\x1a\n"
 _HEAD = struct.Struct("<12s9I4I2Q")
@@ -29,6 +31,13 @@ _MODELS = {
 }  # fmt: skip
 """Colour model of each format in the data format descriptor (KHR_DF_MODEL_...)."""
 
+_SCHEMES: dict[Supercompression, int] = {"none": 0, "zstd": 2}
+"""Number of each supercompression scheme."""
+
+_ZSTD_FAST, _ZSTD_SMALL = 3, 19
+"""Levels of Zstandard, of 22. On 12 MB of fire 19 takes 1 to 5 s, 60 times as long as 3, and makes
+a tenth to a third less; beyond it readers need more memory."""
+
 _BT709, _LINEAR, _SRGB, _PREMULTIPLIED = 1, 1, 2, 1
 _ETC2_COLOUR, _ALPHA_CHANNEL, _LINEAR_SAMPLE = 2, 15, 0x10
 
@@ -36,25 +45,35 @@ _WRITER = f"fire-atlas {__version__}"
 
 
 def write_ktx2(file: BinaryIO, header: TextureHeader, levels: Sequence[bytes]) -> None:
-    """Write a texture whose levels, the largest first, are encoded; the smallest comes first."""
+    """Write a texture whose levels, the largest first, are encoded, and supercompressed if its
+    header says so; the smallest comes first."""
     descriptor = _descriptor(header)
     keys = _entry("KTXorientation", "rd") + _entry("KTXwriter", _WRITER)
     start = _HEAD.size + _LEVEL.size * len(levels)
     number = _NUMBERS[header.format.name][header.srgb]
-    shape = (number, 1, header.width, header.height, 0, 0, 1, len(levels), 0)
+    shape = (number, 1, header.width, header.height, 0, 0, 1, len(levels))
+    scheme = _SCHEMES[header.supercompression]
     index = (start, len(descriptor), start + len(descriptor), len(keys), 0, 0)
-    align = math.lcm(header.format.block_bytes, 4)
+    align = 1 if scheme else math.lcm(header.format.block_bytes, 4)
     end, places, padding = start + len(descriptor) + len(keys), dict[int, int](), dict[int, int]()
     for level in reversed(range(len(levels))):
         padding[level] = -end % align
         places[level] = end + padding[level]
         end = places[level] + len(levels[level])
-    file.write(_HEAD.pack(_MAGIC, *shape, *index))
+    file.write(_HEAD.pack(_MAGIC, *shape, scheme, *index))
     for level, data in enumerate(levels):
-        file.write(_LEVEL.pack(places[level], len(data), len(data)))
+        file.write(_LEVEL.pack(places[level], len(data), header.sizes[level]))
     file.write(descriptor + keys)
     for level in reversed(range(len(levels))):
         file.write(bytes(padding[level]) + levels[level])
+
+
+def supercompressed(levels: Sequence[bytes], is_final: bool, workers: Workers) -> list[bytes]:
+    """Return each level compressed by Zstandard, in full if it is final."""
+    from zstandard import ZstdCompressor
+
+    effort = _ZSTD_SMALL if is_final else _ZSTD_FAST
+    return list(workers.map(lambda data: ZstdCompressor(effort).compress(data), levels))
 
 
 def _entry(key: str, value: str) -> bytes:
@@ -102,17 +121,20 @@ def read_ktx2(data: bytes) -> TextureHeader:
     """
     if len(data) < _HEAD.size:
         raise ValueError("it is too short for a KTX2 file")
-    magic, number, _, width, height, _, _, _, levels, _, descriptor, *_ = _HEAD.unpack_from(data)
+    magic, number, _, width, height, _, _, _, levels, scheme, descriptor, *_ = _HEAD.unpack_from(
+        data
+    )
+    packing = [name for name, number in _SCHEMES.items() if number == scheme]
     found = [(name, numbers) for name, numbers in _NUMBERS.items() if number in numbers]
-    if magic != _MAGIC or not found or not 1 <= levels <= 16 or descriptor + 16 > len(data):
+    is_known = magic == _MAGIC and found and packing
+    if not is_known or not 1 <= levels <= 16 or descriptor + 16 > len(data):
         raise ValueError("it is no KTX2 file that fire-atlas wrote")
     name, numbers = found[0]
     sizes = level_sizes(FORMATS[name], width, height, levels)
-    _refuse_cut_off(data, sizes)
+    _refuse_cut_off(data, sizes, packing[0])
     is_srgb = number == numbers[1] and numbers[0] != numbers[1]
-    return TextureHeader(
-        FORMATS[name], width, height, is_srgb, _alpha(data, descriptor, name), sizes
-    )
+    alpha = _alpha(data, descriptor, name)
+    return TextureHeader(FORMATS[name], width, height, is_srgb, alpha, sizes, packing[0])
 
 
 def _alpha(data: bytes, descriptor: int, name: str) -> AlphaMode:
@@ -121,11 +143,12 @@ def _alpha(data: bytes, descriptor: int, name: str) -> AlphaMode:
     return "premultiplied" if data[descriptor + 15] & _PREMULTIPLIED else "straight"
 
 
-def _refuse_cut_off(data: bytes, sizes: Sequence[int]) -> None:
+def _refuse_cut_off(data: bytes, sizes: Sequence[int], packing: Supercompression) -> None:
     """Refuse a file whose levels are not where its index says, in full."""
     if len(data) < _HEAD.size + _LEVEL.size * len(sizes):
         raise ValueError("it is too short for its levels")
     for level, size in enumerate(sizes):
-        place, length, _ = _LEVEL.unpack_from(data, _HEAD.size + level * _LEVEL.size)
-        if length != size or place + length > len(data):
+        place, length, unpacked = _LEVEL.unpack_from(data, _HEAD.size + level * _LEVEL.size)
+        is_whole = unpacked == size and (packing != "none" or length == size)
+        if not is_whole or place + length > len(data):
             raise ValueError(f"its level {level} is not {size} bytes in the file")

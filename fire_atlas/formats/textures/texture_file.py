@@ -17,7 +17,8 @@ _MAX_BYTES = 512 * MIB
 def write_texture(
     file: BinaryIO, name: str, header: TextureHeader, levels: Sequence[bytes]
 ) -> None:
-    """Write the file ``name``, whose ending decides its format; ``levels`` are encoded."""
+    """Write the file ``name``, whose ending decides its format; ``levels`` are encoded,
+    and supercompressed if the header says so."""
     write = write_dds if name.endswith(".dds") else write_ktx2
     write(file, header, levels)
 

@@ -16,8 +16,6 @@ from fire_atlas.core.workers import Workers
 from fire_atlas.generators.fluid.grid import Field, FluidGrid
 from fire_atlas.vision.warp import sample_at
 
-_CORNERS = np.ones((2, 2), np.uint8)
-
 _NEAREST = cv2.INTER_NEAREST
 
 
@@ -27,7 +25,8 @@ class _Places(NamedTuple):
     Attributes:
         layers: The layers of that image.
         x, y: (n, columns) column and row in it of the nearer of the two layers around each place.
-        share: (n, columns, 1) part of the farther one.
+        share: (n, columns, 4) part of the farther one, for each channel: numpy is slow along a
+            short axis.
     """
 
     layers: slice
@@ -47,17 +46,18 @@ def places(grid: FluidGrid, x: Field, y: Field, z: Field) -> _Places:
     """Return places at columns, rows and layers x, y, z, each (n, rows, columns), held inside."""
     layers, rows, columns = grid.shape
     x, y, z = (
-        np.minimum(np.maximum(at, 0), np.float32(length - 1))
+        np.clip(at, 0, np.float32(length - 1))
         for at, length in ((x, columns), (y, rows), (z, layers))
     )
     near = np.minimum(np.floor(z), np.float32(layers - 2))
     first, last = int(near.min()), int(near.max()) + 2
     width = x.shape[-1]
+    share = as_plane(z - near).reshape(-1, width)
     return _Places(
         slice(first, last),
         as_plane(x).reshape(-1, width),
         as_plane(y + (near - np.float32(first)) * np.float32(rows)).reshape(-1, width),
-        as_plane(z - near).reshape(-1, width, 1),
+        as_plane(cv2.merge((share, share, share, share))),
     )
 
 
@@ -92,21 +92,27 @@ def mac_cormack(
     y = np.arange(rows, dtype=np.float32)[:, None]
     moved = Carried(np.empty_like(carried.velocity), np.empty_like(carried.scalars))
     results = Carried(np.empty_like(carried.velocity), np.empty_like(carried.scalars))
-    blown = wind[None, :, None, :]
+    # Rows of cubes with their channels, as numpy is slow along an axis of four.
+    flat = rows, columns * 4
+    blown = np.tile(wind, (1, columns))
 
-    def from_offset(part: slice, offset: Field, sign: float) -> _Places:
-        """Return the places at an offset (n, rows, columns, 4), cubes, from a slab."""
-        away = np.arange(part.start, part.stop, dtype=np.float32)[:, None, None]
-        right, down, back = (offset[..., k] * np.float32(sign) for k in range(3))
-        return places(grid, x + right, y + down, away + back)
+    def before(part: slice, offset: Field) -> _Places:
+        """Return the places from which an offset (n, rows, columns, 4), cubes, leads to a slab."""
+        z = np.arange(part.start, part.stop, dtype=np.float32)[:, None, None]
+        return places(grid, *(at - offset[..., k] for k, at in enumerate((x, y, z))))
 
     def there(part: slice) -> tuple[Field, _Places]:
-        half = (carried.velocity[part] + blown) * (cubes * np.float32(0.5))
-        middle = look_up(carried.velocity, from_offset(part, half, -1)).reshape(half.shape)
-        offset = (middle + blown) * cubes
-        origin = from_offset(part, offset, -1)
+        velocity = carried.velocity[part]
+        half = velocity.reshape(-1, *flat) + blown
+        half *= cubes * np.float32(0.5)
+        middle = look_up(carried.velocity, before(part, half.reshape(velocity.shape)))
+        middle = middle.reshape(half.shape)
+        middle += blown
+        middle *= cubes
+        offset = middle.reshape(velocity.shape)
+        origin = before(part, offset)
         for field, result in zip(carried, moved, strict=True):
-            result[part] = look_up(field, origin).reshape(half.shape)
+            result[part] = look_up(field, origin).reshape(offset.shape)
         return offset, origin
 
     traced = dict(
@@ -115,19 +121,22 @@ def mac_cormack(
 
     def back(part: slice) -> None:
         offset, origin = traced.pop(part.start)
-        # The way on from here has its own velocity half way: u(x + ½) = 2 u(x) − u(x − ½).
-        ahead = (carried.velocity[part] + blown) * (2 * cubes) - offset
-        returned = from_offset(part, ahead, 1)
         shape = offset.shape
+        # The way on from here has its own velocity half way: u(x + ½) = 2 u(x) − u(x − ½).
+        behind = carried.velocity[part].reshape(-1, *flat) + blown
+        behind *= -2 * cubes
+        behind += offset.reshape(-1, *flat)
+        returned = before(part, behind.reshape(shape))
         corner_y = np.floor(origin.y)
         for field, once, amount, result in zip(carried, moved, sharpness, results, strict=True):
-            value = field[part] - look_up(once, returned).reshape(shape)
-            value *= amount
+            value = look_up(once, returned).reshape(shape)
+            np.subtract(field[part], value, out=value)
+            by_channel = value.reshape(-1, *flat)
+            by_channel *= np.tile(amount, columns)
             value += once[part]
             least, greatest = _corners(field[origin.layers], origin, corner_y)
             np.maximum(value, least.reshape(shape), out=value)
-            np.minimum(value, greatest.reshape(shape), out=value)
-            result[part] = value
+            np.minimum(value, greatest.reshape(shape), out=result[part])
 
     grid.each_slab(workers, back)
     return results
@@ -135,13 +144,16 @@ def mac_cormack(
 
 def _corners(layers: Field, at: _Places, corner_y: Field) -> tuple[Field, Field]:
     """Return the least and the greatest of the eight cubes around places, (n, columns, 4) each."""
-    count, rows, columns, _ = layers.shape
-    image = layers.reshape(count * rows, columns, 4)
     corner_x = np.floor(at.x)
     found = []
-    for extreme, pick in ((cv2.erode, np.minimum), (cv2.dilate, np.maximum)):
-        # Of a cube with those right of and below it, and of those behind.
-        four = extreme(image, _CORNERS, anchor=(0, 0)).reshape(layers.shape)
-        eight = pick(four[:-1], four[1:]).reshape(-1, columns, 4)
-        found.append(sample_at(eight, corner_x, corner_y, _NEAREST))
+    for pick in (np.minimum, np.maximum):
+        # Of a cube with the one behind it, those below, and those to the right.
+        two = pick(layers[:-1], layers[1:])
+        four, eight = np.empty_like(two), np.empty_like(two)
+        pick(two[:, :-1], two[:, 1:], out=four[:, :-1])
+        four[:, -1] = two[:, -1]
+        pick(four[:, :, :-1], four[:, :, 1:], out=eight[:, :, :-1])
+        eight[:, :, -1] = four[:, :, -1]
+        image = eight.reshape(-1, *layers.shape[2:])
+        found.append(sample_at(image, corner_x, corner_y, _NEAREST))
     return found[0], found[1]

@@ -48,8 +48,6 @@ _LEAST_FUEL, _LEAST_SMOKE = 1e-3, 2e-3
 _AROUND = 2
 """Cubes around what is seen of a layer that are drawn too: a bicubic filter reaches them."""
 
-_CUBIC = cv2.INTER_CUBIC
-
 
 @dataclass(frozen=True, slots=True)
 class SeenGas:
@@ -83,54 +81,61 @@ class Painter:
 
     @cached_property
     def table(self) -> NDArray[np.float32]:
-        """Light by temperature, (entries, 3)."""
+        """Light by temperature, (3, entries)."""
         look, hot = self.look, np.linspace(0, _HOTTEST, _STEPS)
         kelvin = look.coldest + (look.hottest - look.coldest) * hot
         bright = np.clip((hot - _DARK) / (1 - _DARK), 0, None) ** look.contrast
-        return as_plane(look.emission * blackbody(kelvin) * bright[:, None])
+        return as_plane((look.emission * blackbody(kelvin) * bright[:, None]).T)
 
     def draw(self, gas: Field, size: tuple[int, int], pitch: float) -> SeenGas:
         """Draw gas (layers, rows, columns, 4) into a frame of (height, width) px, from the nearest
         layer to the farthest; ``pitch`` is the size of a cube, px."""
-        height, width = size
-        fire, passed = np.zeros((height, width, 3), np.float32), np.ones(size, np.float32)
-        smoke = np.zeros_like(fire)
-        depth = np.zeros(size, np.float32)
+        # Light by channel in planes: numpy is slow along an axis of three.
+        fire, day = (np.zeros((count, *size), np.float32) for count in (3, 2))
+        depth, passed = np.zeros(size, np.float32), np.ones(size, np.float32)
         gas = self._without_weave(gas)
         lit, glow, is_seen = self.lit_smoke(gas), self.glowing_smoke(gas), _is_seen(gas)
         for number in np.flatnonzero(is_seen.any(axis=(1, 2))):
-            part, window, move = _placed(is_seen[number], size, pitch)
-            if not passed[window].size:
-                continue
-            target = passed[window].shape[::-1]
-            enlarged = cv2.warpAffine(gas[number][part][..., :3], move, target, flags=_CUBIC)
-            fuel, hot, sooty = (as_plane(channel) for channel in cv2.split(enlarged))
-            shine = self.burning(fuel)
-            thick = np.maximum(sooty, 0) * np.float32(self.look.extinction)
-            own = thick + np.float32(self.look.absorption) * shine
-            kept = as_plane(cv2.exp(own * np.float32(-self.cell)))
-            share = passed[window] * (1 - kept) / (own + np.float32(1e-6))
-            own_light = self.table.take(self._entry(fuel, hot), axis=0)
-            own_light *= (share * shine)[..., None]
-            fire[window] += own_light
+            part = _around(is_seen[number], size, pitch)
+            layer, front = gas[number], passed[part.window]
+            own = np.zeros(front.shape, np.float32)
             if lit is not None:
-                depth[window] += thick * np.float32(self.cell)
-                shown = as_plane(cv2.warpAffine(lit[number][part], move, target))
-                smoke[window] += shown * (share * thick)[..., None]
-            if glow is not None:
-                shown = as_plane(cv2.warpAffine(glow[number][part], move, target))
-                fire[window] += shown * (share * thick)[..., None]
-            passed[window] *= kept
-        return SeenGas(fire, smoke, depth)
+                (sooty,) = part.enlarged(layer[..., SMOKE : SMOKE + 1], cv2.INTER_CUBIC)
+                own += np.maximum(sooty, 0) * np.float32(self.look.extinction)
+            thick = own
+            if burns := bool((layer[..., FUEL] > _LEAST_FUEL).any()):
+                fuel, hot = part.enlarged(layer[..., :SMOKE], cv2.INTER_CUBIC)
+                shine = self.burning(fuel)
+                own = thick + np.float32(self.look.absorption) * shine
+            kept = as_plane(cv2.exp(own * np.float32(-self.cell)))
+            share = front * (1 - kept) / (own + np.float32(1e-6))
+            if burns:
+                entry, burnt = self._entry(fuel, hot), share * shine
+                for plane, light in zip(fire, self.table, strict=True):
+                    plane[part.window] += light.take(entry) * burnt
+            if lit is not None:
+                depth[part.window] += thick * np.float32(self.cell)
+                share *= thick
+                for plane, light in zip(day, part.enlarged(lit[number]), strict=True):
+                    plane[part.window] += light * share
+            if glow is not None and glow[number].any():
+                for plane, light in zip(fire, part.enlarged(glow[number]), strict=True):
+                    plane[part.window] += light * share
+            front *= kept
+        key, around = day
+        albedo = np.array(self.look.albedo)
+        smoke = [
+            np.float32(of_key) * key + np.float32(of_all) * around
+            for of_key, of_all in zip(albedo * _KEY, albedo * _AMBIENT, strict=True)
+        ]
+        return SeenGas(as_plane(cv2.merge(list(fire))), as_plane(cv2.merge(smoke)), depth)
 
     def smoke_depth(self, gas: Field, size: tuple[int, int], pitch: float) -> Plane:
         """Return the optical depth of the smoke of gas alone, as ``draw`` does, in less time."""
         if not self._has_smoke(gas):
             return np.zeros(size, np.float32)
         sooty = self._without_weave(gas)[..., SMOKE].sum(axis=0)
-        start = (pitch - 1) / 2
-        move = np.array([[pitch, 0, start], [0, pitch, start]])
-        seen = cv2.warpAffine(as_plane(sooty), move, size[::-1], flags=_CUBIC)
+        seen = enlarged(as_plane(sooty), pitch, cv2.INTER_CUBIC)[: size[0], : size[1]]
         return as_plane(np.maximum(seen, 0) * np.float32(self.look.extinction * self.cell))
 
     def _without_weave(self, gas: Field) -> Field:
@@ -154,8 +159,9 @@ class Painter:
     def emission(self, gas: Field) -> NDArray[np.float32]:
         """Return the light that a height of gas (..., 4) gives, (..., 3)."""
         fuel = gas[..., FUEL]
-        shine = self.burning(fuel)[..., None]
-        return self.table.take(self._entry(fuel, gas[..., TEMPERATURE]), axis=0) * shine
+        shine = self.burning(fuel)
+        entry = self._entry(fuel, gas[..., TEMPERATURE])
+        return np.stack([light.take(entry) * shine for light in self.table], axis=-1)
 
     def _entry(self, fuel: Plane, hot: Plane) -> NDArray[np.intp]:
         """Return the entry of the table that gas shows."""
@@ -166,19 +172,16 @@ class Painter:
         return np.asarray(np.clip(shown, 0, _STEPS - 1), np.intp)
 
     def lit_smoke(self, gas: Field) -> NDArray[np.float32] | None:
-        """Return the daylight that smoke scatters, (layers, rows, columns, 3); None without
-        smoke."""
+        """Return the shares of the light from above, left and front, and of that from all sides,
+        which reach smoke, (layers, rows, columns, 2); None without smoke."""
         if not self._has_smoke(gas):
             return None
         thickness = gas[..., SMOKE] * np.float32(self.look.extinction * self.cell)
         front, top, left = (_passed(thickness, axis) for axis in range(3))
         below, right = (_passed(thickness, axis, backwards=True) for axis in (1, 2))
-        key = 0.6 * top + 0.25 * left + 0.15 * front
-        around = 0.3 * top + 0.2 * left + 0.2 * right + 0.2 * front + 0.1 * below
-        found = np.empty((*thickness.shape, 3), np.float32)
-        for channel, albedo in enumerate(self.look.albedo):
-            found[..., channel] = np.float32(albedo * _KEY[channel]) * key
-            found[..., channel] += np.float32(albedo * _AMBIENT[channel]) * around
+        found = np.empty((*thickness.shape, 2), np.float32)
+        found[..., 0] = 0.6 * top + 0.25 * left + 0.15 * front
+        found[..., 1] = 0.3 * top + 0.2 * left + 0.2 * right + 0.2 * front + 0.1 * below
         return found
 
     def glowing_smoke(self, gas: Field) -> NDArray[np.float32] | None:
@@ -234,18 +237,50 @@ def _is_seen(gas: Field) -> NDArray[np.bool_]:
     return (gas[..., FUEL] > _LEAST_FUEL) | (gas[..., SMOKE] > _LEAST_SMOKE)
 
 
-def _placed(
-    is_seen: NDArray[np.bool_], size: tuple[int, int], pitch: float
-) -> tuple[tuple[slice, slice], tuple[slice, slice], NDArray[np.float64]]:
-    """Return the part of a layer's cubes in which something is seen, where it is in a frame of
-    (height, width) px, and how its cubes are moved to the pixels of that window."""
-    parts, windows, starts = [], [], []
+@dataclass(frozen=True, slots=True)
+class _Part:
+    """The part of a layer in which something is seen.
+
+    Attributes:
+        ends: Rows and columns of cubes from the frame's top left corner to its ends.
+        window: Where it is in the frame, px.
+        pitch: Size of a cube, px.
+    """
+
+    ends: tuple[int, int]
+    window: tuple[slice, slice]
+    pitch: float
+
+    def enlarged(
+        self, layer: NDArray[np.float32], interpolation: int = cv2.INTER_LINEAR
+    ) -> list[Plane]:
+        """Return each channel of this part of a layer (rows, columns, n) in px."""
+        rows, columns = self.ends
+        return [
+            enlarged(layer[:rows, :columns, channel], self.pitch, interpolation)[self.window]
+            for channel in range(layer.shape[2])
+        ]
+
+
+def enlarged(
+    layer: NDArray[np.float32], pitch: float, interpolation: int = cv2.INTER_LINEAR
+) -> NDArray[np.float32]:
+    """Return a layer whose cubes are ``pitch`` px wide, from the same top left corner."""
+    return as_plane(
+        cv2.resize(
+            np.ascontiguousarray(layer), None, fx=pitch, fy=pitch, interpolation=interpolation
+        )
+    )
+
+
+def _around(is_seen: NDArray[np.bool_], size: tuple[int, int], pitch: float) -> _Part:
+    """Return the part of a layer's cubes in which something is seen, in a frame of (height, width)
+    px."""
+    ends, windows = [], []
     for axis, length in enumerate(size):
         places = np.flatnonzero(is_seen.any(axis=1 - axis))
-        first, last = max(0, int(places[0]) - _AROUND), int(places[-1]) + 1 + _AROUND
-        begin = min(int(first * pitch), length)
-        parts.append(slice(first, last))
-        windows.append(slice(begin, min(int(np.ceil(last * pitch)), length)))
-        starts.append((first + 0.5) * pitch - 0.5 - begin)
-    move = np.array([[pitch, 0, starts[1]], [0, pitch, starts[0]]])
-    return (parts[0], parts[1]), (windows[0], windows[1]), move
+        end = min(int(places[-1]) + 1 + _AROUND, is_seen.shape[axis])
+        ends.append(end)
+        begin = int(max(0, int(places[0]) - _AROUND) * pitch)
+        windows.append(slice(begin, min(round(end * pitch), length)))
+    return _Part((ends[0], ends[1]), (windows[0], windows[1]), pitch)

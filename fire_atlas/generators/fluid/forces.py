@@ -85,7 +85,7 @@ def push(
                 forced[channel] += share * stirring.at(noise, channel, part)
         for channel in range(3):
             moved[..., channel] += forced[channel]
-        moved[..., :3] *= kept
+        moved *= kept
 
     grid.each_slab(workers, curl)
     grid.each_slab(workers, act)

@@ -20,9 +20,9 @@ Field = NDArray[np.float32]
 
 Result = TypeVar("Result")
 
-_SLAB = 8
+SLAB = 8
 """Layers of a slab: its four channels stay in a CPU's cache, and its rows in the range of
-``cv2.remap``. The slabs decide nothing but who computes what."""
+``cv2.remap``. It decides last bits: places are counted from the first layer that a slab needs."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class FluidGrid:
     def slabs(self) -> list[slice]:
         """Return the layers of each slab."""
         layers = self.shape[0]
-        return [slice(begin, min(begin + _SLAB, layers)) for begin in range(0, layers, _SLAB)]
+        return [slice(begin, min(begin + SLAB, layers)) for begin in range(0, layers, SLAB)]
 
     def each_slab(self, workers: Workers, work: Callable[[slice], Result]) -> list[Result]:
         """Call ``work`` with the layers of each slab, and return what it returns, in order."""

@@ -20,13 +20,16 @@ from fire_atlas.core.process import start_module
 from fire_atlas.core.workers import Workers
 from fire_atlas.generators.fluid.recording import FluidRecording, record
 from fire_atlas.generators.fluid.scene import Scene
+from fire_atlas.generators.fluid.simulation import MOST_THREADS
 
 _FRAME, _RESULT = b".", b"\n"
 """What the process writes after each frame, and before its result."""
 
 
 def record_apart(scene: Scene, jobs: int, count: Callable[[], None]) -> FluidRecording:
-    """Simulate a scene in a process with ``jobs`` threads; ``count`` is called after each frame.
+    """Simulate a scene in a process with up to ``jobs`` threads.
+
+    ``count`` is called after each frame.
 
     If a signal ends the build, the process is killed.
 
@@ -41,18 +44,23 @@ def record_apart(scene: Scene, jobs: int, count: Callable[[], None]) -> FluidRec
         assert to is not None
         assert answers is not None
         assert errors is not None
+        result: FluidRecording | str = ""
         try:
             with suppress(BrokenPipeError), to:  # if it has ended, its exit code is told below
                 to.write(pickle.dumps((scene, jobs)))
-            while answers.read(1) == _FRAME:
+            while (told := answers.read(1)) == _FRAME:
                 count()
-            answer, said = answers.read(), errors.read()
+            if told == _RESULT:
+                # If it ends in the middle of it, its exit code is told below.
+                with suppress(EOFError, pickle.UnpicklingError):
+                    # Each frame is read into the memory that it is kept in.
+                    result = pickle.load(answers)
+            said = errors.read()
         except BaseException:
             process.kill()
             raise
     if process.returncode:
         raise RuntimeError(f"the simulation ended early: {said.decode(errors='replace')}")
-    result = pickle.loads(answer)
     if isinstance(result, FluidRecording):
         return result
     raise RecipeError(result, key=("source",))
@@ -67,12 +75,13 @@ def main() -> None:
         sys.stdout.buffer.write(_FRAME)
         sys.stdout.buffer.flush()
 
-    with Workers(jobs) as workers:
+    with Workers(min(jobs, MOST_THREADS)) as workers:
         try:
             result: FluidRecording | str = record(scene, workers, count)
         except RecipeError as error:
             result = str(error)
-    sys.stdout.buffer.write(_RESULT + pickle.dumps(result))
+    sys.stdout.buffer.write(_RESULT)
+    pickle.dump(result, sys.stdout.buffer)
 
 
 if __name__ == "__main__":

@@ -2,8 +2,9 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from threading import Semaphore
 from typing import ClassVar
 
 import cv2
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.camera import Camera
 from fire_atlas.core.clip import FrontSurface, Values
+from fire_atlas.core.picture import brightest
 from fire_atlas.core.pixels import (
     REC709,
     Pixels,
@@ -21,7 +23,7 @@ from fire_atlas.core.pixels import (
     pixels_of_added,
 )
 from fire_atlas.generators.fluid.combustion import SMOKE
-from fire_atlas.generators.fluid.drawing import Painter, SeenGas, exposed
+from fire_atlas.generators.fluid.drawing import Painter, SeenGas, enlarged, exposed
 from fire_atlas.generators.fluid.fires import FIRES
 from fire_atlas.generators.fluid.grid import Field
 from fire_atlas.generators.fluid.recording import FluidRecording
@@ -47,6 +49,7 @@ class FluidView:
         recording: The gas of each frame.
         camera: The camera.
         blend_space: Encoding in which the client blends.
+        turns: What each thread holds while it draws: so many frames are drawn at once.
     """
 
     matte: ClassVar[str] = "luminance"
@@ -57,6 +60,7 @@ class FluidView:
     recording: FluidRecording
     camera: Camera
     blend_space: str
+    turns: Semaphore = field(default_factory=Semaphore)
 
     @property
     def front(self) -> Camera:
@@ -68,12 +72,16 @@ class FluidView:
 
         Flames cover as much as they shine, smoke as much as it hides.
         """
-        return shown_gas(self._seen(index), self.blend_space)
+        size = self.camera.height, self.camera.width
+        with self.turns:
+            seen = self._painter.draw(self._gas(index), size, self._sight.pitch)
+            return shown_gas(seen, self.blend_space)
 
     def smoke(self, index: int) -> Plane:
         """Return the share of light (height, width), 0..1, that smoke keeps back in a frame."""
         size = self.camera.height, self.camera.width
-        return _hidden(self._painter.smoke_depth(self._gas(index), size, self._sight.pitch))
+        with self.turns:
+            return _hidden(self._painter.smoke_depth(self._gas(index), size, self._sight.pitch))
 
     @property
     def burning(self) -> Callable[[int], Plane] | None:
@@ -82,14 +90,12 @@ class FluidView:
         return self._burning if self.scene.has_smoke else None
 
     def _burning(self, index: int) -> Plane:
-        gas, pitch = self._gas(index), self._sight.pitch
-        seen = self._painter.draw(gas, gas.shape[1:3], 1.0)
+        with self.turns:
+            gas, pitch = self._gas(index), self._sight.pitch
+            seen = self._painter.draw(gas, gas.shape[1:3], 1.0)
         fire, smoke = exposed(seen.fire).sum(axis=2), seen.smoke.sum(axis=2)
         share = as_plane(fire / np.maximum(fire + smoke, _LEAST_OPACITY))
-        start = (pitch - 1) / 2
-        move = np.array([[pitch, 0, start], [0, pitch, start]])
-        size = self.camera.width, self.camera.height
-        return as_plane(cv2.warpAffine(share, move, size, borderMode=cv2.BORDER_REPLICATE))
+        return enlarged(share, pitch)[: self.camera.height, : self.camera.width]
 
     def seen_by(self, camera: Camera) -> "FluidView":
         """Return the same fire seen by another camera."""
@@ -97,7 +103,8 @@ class FluidView:
 
     def fire_depth(self, index: int, x: Values, y: Values, share: Values) -> Values:
         """Return the depth at which fire burns behind places, px; see ``FireInDepth``."""
-        bright = self._brightness(self._gas(index))
+        with self.turns:
+            bright = self._brightness(self._gas(index))
         pitch, (_, rows, columns) = self._sight.pitch, bright.shape
         total = bright.sum(axis=0)
         if not total.any():
@@ -119,25 +126,22 @@ class FluidView:
 
     def front_surface(self, index: int) -> FrontSurface:
         """Return the front of the fire and its smoke in frame ``index``."""
-        gas = self._gas(index)
-        thick = gas[..., SMOKE] * np.float32(self.scene.look.extinction * self.scene.grid.cell)
-        weight = self._brightness(gas) + thick
-        at = np.nonzero(weight > _DARK)
-        pitch = self._sight.pitch
-        place = np.stack(
-            [
-                (at[2] + 0.5) * pitch,
-                (at[1] + 0.5) * pitch,
-                self._sight.depths[at[0]] * -self.camera.scale,
-            ],
-            axis=1,
-        )
-        cloud = PointCloud(place.astype(np.float64), weight[at].astype(np.float64))
-        return front_surface_of(cloud, self.camera)[0]
-
-    def _seen(self, index: int) -> SeenGas:
-        size = self.camera.height, self.camera.width
-        return self._painter.draw(self._gas(index), size, self._sight.pitch)
+        with self.turns:
+            gas = self._gas(index)
+            thick = gas[..., SMOKE] * np.float32(self.scene.look.extinction * self.scene.grid.cell)
+            weight = self._brightness(gas) + thick
+            at = np.nonzero(weight > _DARK)
+            pitch = self._sight.pitch
+            place = np.stack(
+                [
+                    (at[2] + 0.5) * pitch,
+                    (at[1] + 0.5) * pitch,
+                    self._sight.depths[at[0]] * -self.camera.scale,
+                ],
+                axis=1,
+            )
+            cloud = PointCloud(place.astype(np.float64), weight[at].astype(np.float64))
+            return front_surface_of(cloud, self.camera)[0]
 
     def _gas(self, index: int) -> Field:
         return self._sight.gas(self.recording.volumes[index].scalars(), index)
@@ -184,14 +188,16 @@ def shown_gas(seen: SeenGas, blend_space: str) -> Pixels:
     pale rim.
     """
     encoded = as_plane if blend_space == "linear" else encode_unit
-    opacity = _hidden(seen.depth)
-    colour = exposed(as_plane(seen.smoke / np.maximum(opacity, _LEAST_OPACITY)[..., None]))
     fire = encoded(exposed(seen.fire))
-    shown = 1 - (1 - encoded(colour) * opacity[..., None]) * (1 - fire)
-    coverage = 1 - (1 - opacity) * (1 - fire.max(axis=2))
-    return pixels_of_added(
-        as_plane(shown), as_plane(np.maximum(coverage, shown.max(axis=2))), blend_space
-    )
+    coverage = brightest(fire)
+    if not seen.depth.any():
+        return pixels_of_added(fire, coverage, blend_space)
+    opacity = _hidden(seen.depth)
+    by_channel = cv2.merge((opacity, opacity, opacity))
+    colour = exposed(as_plane(seen.smoke / np.maximum(by_channel, _LEAST_OPACITY)))
+    shown = as_plane(1 - (1 - encoded(colour) * by_channel) * (1 - fire))
+    coverage = as_plane(1 - (1 - opacity) * (1 - coverage))
+    return pixels_of_added(shown, np.maximum(coverage, brightest(shown)), blend_space)
 
 
 def _hidden(depth: Plane) -> Plane:

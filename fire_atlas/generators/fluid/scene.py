@@ -19,7 +19,7 @@ from fire_atlas.recipe.fluid import CELLS, FluidSource
 from fire_atlas.recipe.wind import Wind
 
 MAX_CELLS = 8_000_000
-"""Most cubes of a box: 214 bytes each, 1.7 GB."""
+"""Most cubes of a box; fewer if its frames take much memory (`memory.py`)."""
 
 _FASTEST = 36.0
 """Most cubes that gas may leave a burner by in a frame: 4.5 in each of eight steps."""
@@ -29,6 +29,9 @@ _LEAST_CELLS = 3.0
 
 _SIDES, _TOP = 0.08, 0.11
 """Width of the box beyond the sides and below the frame, and above it, heights: gas fades there."""
+
+_DEEPEST = 1.5
+"""Depth up to which the box grows with what burns, heights."""
 
 _BLAST, _BLAST_TIME = 22.0, 0.11
 """Expansion of what burns at the beginning of a blast of 1, and the time, s, by which it is e times
@@ -136,7 +139,7 @@ def build_scene(source: FluidSource, settings: GenerationSettings) -> Scene:
             "smoke above 0",
             key=("source", "fuel_rate"),
         )
-    grid, corner = _grid(source, ready)
+    grid, corner = _grid(source, ready, burners)
     _check_burners(source, burners, grid, settings.fps)
     chemistry = replace(
         ready.chemistry, life=ready.chemistry.life * max(source.fuel_rate, 0.05), soot=smoke
@@ -200,7 +203,9 @@ def cells_across(source: FluidSource) -> int:
     return source.resolution if isinstance(source.resolution, int) else CELLS[source.resolution]
 
 
-def _grid(source: FluidSource, ready: ReadyFire) -> tuple[FluidGrid, tuple[int, int]]:
+def _grid(
+    source: FluidSource, ready: ReadyFire, burners: tuple[FluidBurner, ...]
+) -> tuple[FluidGrid, tuple[int, int]]:
     """Return the box, and where the frame begins in it; see ``Scene.corner``.
 
     The frame's top left corner is one of cubes, so that what is seen from the front need not be
@@ -214,7 +219,8 @@ def _grid(source: FluidSource, ready: ReadyFire) -> tuple[FluidGrid, tuple[int, 
     ground = round((1 - ready.foot) / cell) if ready.has_ground else high + left
     rows = _fast(ground + math.ceil(_TOP / cell))
     top = rows - ground
-    layers = _fast(math.ceil(ready.depth / cell))
+    reach = max(abs(burner.at[1]) + burner.size[1] for burner in burners)
+    layers = _fast(math.ceil(max(ready.depth, min(2 * reach, _DEEPEST)) / cell))
     if layers * rows * columns > MAX_CELLS:
         most = int(across * (MAX_CELLS / (layers * rows * columns)) ** (1 / 3))
         raise RecipeError(

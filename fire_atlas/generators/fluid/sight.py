@@ -76,6 +76,12 @@ class Sight:
         return as_plane((np.arange(count) + 0.5 - count / 2 + middle) * grid.cell)
 
     @property
+    def cubes(self) -> int:
+        """Number of cubes that it sees."""
+        rows, columns = self.size
+        return len(self.depths) * rows * columns
+
+    @property
     def is_plain(self) -> bool:
         """Whether the cubes that it sees are those of the grid."""
         return self.camera == self.camera.from_the_front() and not self.scene.detail

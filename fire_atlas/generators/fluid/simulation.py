@@ -23,6 +23,9 @@ from fire_atlas.generators.fluid.scene import Scene
 _FARTHEST = 4.5
 """Distance, cubes, that gas may be carried in a time step; thin flames show combs beyond it."""
 
+MOST_THREADS = 8
+"""Most threads that simulate: each works on a slab of its own, which takes memory."""
+
 _STEPS = (2, 8)
 """Fewest and most time steps of a frame."""
 
@@ -78,7 +81,7 @@ class Simulation:
         """
         left, end, steps = 1 / self.scene.fps, self.time + 1 / self.scene.fps, 0
         while left > 1e-9:
-            fastest = float(np.abs(self.gas.velocity[..., :3]).max(initial=0.0))
+            fastest = max(float(self.gas.velocity.max()), -float(self.gas.velocity.min()))
             if not math.isfinite(fastest):
                 raise RecipeError(
                     f"the gas of frame {max(0, round(self.time * self.scene.fps))} moved so fast "

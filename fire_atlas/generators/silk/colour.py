@@ -13,6 +13,7 @@ from fire_atlas.core.easing import smooth_step
 from fire_atlas.core.pixels import REC709, Plane, as_plane, srgb_to_linear
 from fire_atlas.generators.silk.fuel import Fuel
 from fire_atlas.generators.silk.texture_loop import Image
+from fire_atlas.vision.warp import sample_at
 
 _HEAT = np.linspace(0.0, 1.25, 512)
 """Values of heat for which light is tabulated."""
@@ -82,7 +83,8 @@ class ColourMap:
     """Converts images of heat to light, and scales images of light.
 
     Attributes:
-        tables: (n, 512, 3) light by heat: one table, or several from slow to fast sheets.
+        tables: (n, 512, 4) light and optical depth by heat: one table, or several from slow to
+            fast sheets.
         reference_speed: v_rms of a sheet that uses the middle table, heights/s.
         gain: Factor for images of light.
         opacity_exponents: (3,) exponents of a sheet's opacity for red, green and blue.
@@ -116,9 +118,12 @@ class ColourMap:
             light = colours[None] * (_HEAT**fuel.contrast)[:, None]
             # Thin parts of a red fire are redder, those of a blue fire bluer.
             exponents = exponents if stops[0, 0] > stops[0, 2] else exponents[::-1]
-        tables = (brightness * light).astype(np.float32)
+        depth = soot * fuel.soot * smooth_step(_HEAT / _DENSE_HEAT)
+        tables = np.dstack([brightness * light, np.broadcast_to(depth, light.shape[:2])])
         blue = _linear_of_hex([_BLUE])[0] * np.float32(fuel.blue_light * gain)
-        return cls(tables, fuel.reference_speed, gain * oxygen, exponents, blue, fuel.soot * soot)
+        return cls(
+            as_plane(tables), fuel.reference_speed, gain * oxygen, exponents, blue, fuel.soot * soot
+        )
 
     @property
     def dimming(self) -> NDArray[np.float64]:
@@ -130,24 +135,20 @@ class ColourMap:
         return np.asarray(self.opacity_exponents / (self.opacity_exponents @ REC709), np.float64)
 
     def light(self, image: Image, v_rms: float) -> NDArray[np.float32]:
-        """Return the light (height, width, 3) of an image on a sheet that moves at ``v_rms``."""
+        """Return light (height, width, 3) and optical depth of the flame and soot, as a fourth
+        channel, of an image on a sheet that moves at ``v_rms``."""
         if image.shape[2] == 3:
-            return image * np.float32(self.gain)
-        heat = image[..., 0]
-        light = _look_up(heat, self.tables[self._table_index(v_rms)])
-        if not self.blue.any():
-            return light
-        foot = np.exp(-((_up(heat) / _BLUE_HEIGHT) ** 2))[:, None, None]
-        soot = _risen(heat, _SOOT_HEIGHT)[:, None, None]
-        return np.asarray(light * soot + heat[..., None] * foot * self.blue, np.float32)
-
-    def thickness(self, image: Image) -> Plane:
-        """Return the optical depth (height, width) of the flame and soot in an image."""
-        bright = image[..., 0] if image.shape[2] == 1 else image.max(axis=-1)
-        thickness = np.float32(self.soot) * smooth_step(bright / _DENSE_HEAT)
+            dense = np.float32(self.soot) * smooth_step(image.max(axis=-1) / _DENSE_HEAT)
+            light = np.dstack([image * np.float32(self.gain), dense])
+        else:
+            light = _look_up(image[..., 0], self.tables[self._table_index(v_rms)])
         if self.blue.any():
-            thickness = thickness * _risen(thickness, _BLUE_HEIGHT)[:, None]
-        return as_plane(thickness)
+            if image.shape[2] == 1:
+                foot = np.exp(-((_up(light) / _BLUE_HEIGHT) ** 2))[:, None, None]
+                light[..., :3] *= _risen(light, _SOOT_HEIGHT)[:, None, None]
+                light[..., :3] += image * foot * self.blue
+            light[..., 3] *= _risen(light, _BLUE_HEIGHT)[:, None]
+        return light
 
     def _table_index(self, v_rms: float) -> int:
         """Return a sheet's table index: temperature grows with v_rms² (eq. 20), up to a limit."""
@@ -155,13 +156,13 @@ class ColourMap:
         return round((len(self.tables) - 1) * energy / (1 + energy))
 
 
-def _up(image: Plane) -> NDArray[np.float32]:
+def _up(image: Image) -> NDArray[np.float32]:
     """Return the height of each row of an image above its lower edge, 0..1."""
     height = len(image)
     return np.asarray((height - np.arange(height, dtype=np.float32)) / height, np.float32)
 
 
-def _risen(image: Plane, height: float) -> NDArray[np.float32]:
+def _risen(image: Image, height: float) -> NDArray[np.float32]:
     """Return a factor for each row of an image: 0 at its lower edge, about 1 above ``height``."""
     return np.asarray(1 - np.exp(-((_up(image) / height) ** 2)), np.float32)
 
@@ -209,9 +210,6 @@ def _blackbody_light(hottest: float, contrast: float) -> NDArray[np.float64]:
 
 
 def _look_up(heat: Plane, table: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return the light (height, width, 3) of ``heat``, interpolated in a table."""
-    at = np.clip(heat, 0.0, float(_HEAT[-1])) * np.float32((len(_HEAT) - 1) / _HEAT[-1])
-    below = np.minimum(at.astype(np.intp), len(_HEAT) - 2)
-    share = (at - below.astype(np.float32))[..., None]
-    low = table[below]
-    return np.asarray(low + (table[below + 1] - low) * share, np.float32)
+    """Return the row of a table (512, 4) for each ``heat``, interpolated: (height, width, 4)."""
+    at = heat * np.float32((len(_HEAT) - 1) / _HEAT[-1])
+    return sample_at(table[None], at, np.zeros_like(at))

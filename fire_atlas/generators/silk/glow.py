@@ -38,15 +38,15 @@ def scattered(
     width = light.shape[1]
     margin = math.ceil(_REACH * max(_SPREADS) * scale) if tiles else 0
     around = between_copies(light, margin)
-    glow = np.sum([_blurred(around, spread * scale) for spread in _SPREADS], axis=0)
+    glow = np.sum([blurred(around, spread * scale) for spread in _SPREADS], axis=0)
     glow = glow[:, margin : margin + width]
-    rows, columns = (_edge_fade(length, _EDGE * scale) for length in light.shape[:2])
+    rows, columns = (edge_fade(length, _EDGE * scale) for length in light.shape[:2])
     columns = np.ones_like(columns) if tiles else columns
     weight = np.float32(share / len(_SPREADS)) * rows[:, None] * columns
     return np.asarray(np.maximum(glow, 0) * weight[..., None], np.float32)
 
 
-def _blurred(light: NDArray[np.float32], spread: float) -> NDArray[np.float32]:
+def blurred(light: NDArray[np.float32], spread: float) -> NDArray[np.float32]:
     """Return ``light`` blurred by a Gaussian of standard deviation ``spread``, samples."""
     height, width = light.shape[:2]
     factor = min(1.0, _COARSE / spread)
@@ -57,7 +57,7 @@ def _blurred(light: NDArray[np.float32], spread: float) -> NDArray[np.float32]:
     return as_plane(cv2.resize(wide, (width, height), interpolation=cv2.INTER_CUBIC))
 
 
-def _edge_fade(length: int, edge: float) -> NDArray[np.float32]:
+def edge_fade(length: int, edge: float) -> NDArray[np.float32]:
     """Return weights (length,), 0 at both ends and 1 from ``edge`` samples on."""
     from_end = np.minimum(np.arange(length), np.arange(length)[::-1]) / max(edge, 1.0)
     return smooth_step(from_end).astype(np.float32)

@@ -25,7 +25,7 @@ from fire_atlas.generators.silk.intruders import IntruderBody
 Points = NDArray[np.float64]
 
 _BARK = np.array([0.150, 0.082, 0.042])
-_CHAR = np.array([0.016, 0.013, 0.011])
+CHAR = np.array([0.016, 0.013, 0.011])
 _CUT = np.array([0.20, 0.12, 0.06])
 _ASH = np.array([0.33, 0.31, 0.29])
 _CLOTH = np.array([0.13, 0.095, 0.06])
@@ -62,7 +62,7 @@ is black to the eye, with a red gleam."""
 _TRANSLUCENCY = 2.5
 """How much more the light that comes through wax beside the flame counts than the way it faces."""
 
-_CONTACT = 0.018
+CONTACT = 0.018
 """Distance in front of a surface over which flame fades into it, heights."""
 
 _EDGE_RAYS = ((-0.375, -0.125), (0.125, -0.375), (0.375, 0.125), (-0.125, 0.375))
@@ -147,7 +147,7 @@ class IntruderBuffers:
         """Return how much is seen, 0..1, of flame at ``depth`` in each ``sample``: none of what is
         behind an intruder, and little of what touches it."""
         before = self.position[..., 2].ravel()[sample] - depth
-        hidden = 1 - smooth_step(before / np.float32(_CONTACT))
+        hidden = 1 - smooth_step(before / np.float32(CONTACT))
         return np.asarray(1 - hidden * self.coverage.ravel()[sample], np.float32)
 
     def lit_by(self, lights: Sequence[tuple[NDArray[np.float64], Points]]) -> NDArray[np.float32]:
@@ -533,10 +533,10 @@ def _match(number: int, place: tuple[Points, Points], normal: Points, burnt: flo
     # Wood is scorched brown before it is black, in tongues along its grain.
     charred = _unit((charred_to - share - 0.5 * np.abs(grain)) / 2.5)[:, None] ** 0.7
     cooling = _unit(0.9 - share / _FLARE_RADII) ** 2 * _unit(0.5 + 0.5 * grain)
-    return _Surface(normal, fresh + (_CHAR - fresh) * charred, _glowing(_EMBER * cooling) * charred)
+    return _Surface(normal, fresh + (CHAR - fresh) * charred, glowing(_EMBER * cooling) * charred)
 
 
-def _glowing(amount: Points) -> Points:
+def glowing(amount: Points) -> Points:
     """Return the light (n, 3) of wood that glows by ``amount`` (n,): less is redder."""
     heat = _unit(amount)[:, None]
     return np.asarray(_GLOW * heat ** np.array([1.0, 1.5, 2.0]))
@@ -546,7 +546,7 @@ def _wick(up: Points, normal: Points, heat: Points) -> _Surface:
     """Return the surface of a wick, ``up`` (n,) 0 at its foot to 1 at its end, where it glows."""
     charred = smooth_step((up - 0.1) / 0.3)[:, None]
     glow = (heat * _unit((up - 0.4) / 0.6) ** 2)[:, None]
-    return _Surface(normal, _COTTON + (_CHAR - _COTTON) * charred, _GLOW * glow)
+    return _Surface(normal, _COTTON + (CHAR - _COTTON) * charred, _GLOW * glow)
 
 
 def _wound(number: int, share: Points, angle: Points) -> tuple[Points, Points, Points]:
@@ -585,10 +585,10 @@ def _wrap(
     bumpy /= np.sqrt((bumpy * bumpy).sum(axis=1, keepdims=True))
     charred = _unit(heat * (1.3 + 0.4 * weave))[:, None]
     shade = (0.25 + 0.75 * height) * _unit(0.8 + 0.2 * weave)
-    colour = (_CLOTH + (_CHAR - _CLOTH) * charred) * shade[:, None]
+    colour = (_CLOTH + (CHAR - _CLOTH) * charred) * shade[:, None]
     crease = _unit(1 - height / 0.7) * _unit(0.45 + 0.6 * weave)
     glow = heat**2 * (0.9 * crease + 0.1 * _unit(0.4 * weave)) * hearth.beat(weave + 0.8 * share)
-    return _Surface(bumpy, colour, _glowing(glow))
+    return _Surface(bumpy, colour, glowing(glow))
 
 
 def _level_across(axis: Points) -> Points:
@@ -643,7 +643,7 @@ def _wood(
     charred = _unit(scorch * (1.5 + np.where(is_end, 0.0, 0.6 * bark)))[:, None]
     # What has burnt longest is white with ash on its scales.
     ash = _unit(2.5 * heat - 1.4) * _unit(0.3 + 0.5 * bark - 0.3 * np.abs(crack))
-    colour = plain + (_CHAR - plain) * charred
+    colour = plain + (CHAR - plain) * charred
     colour += (_ASH - colour) * np.where(is_end, 0.0, ash)[:, None]
     colour *= furrow[:, None]
     # Furrows are deep: seen at a slant, their walls hide the glow and shade one another.
@@ -652,7 +652,7 @@ def _wood(
     glow = np.where(is_end, rings, _glow(crack, bark, heat) * facing)
     glow *= hearth.beat(2 * bark + 0.8 * share)
     shown = np.where(is_end, 1.0, 0.3 + 0.7 * facing)[:, None]
-    return _Surface(bumpy, colour * shown, _glowing(glow))
+    return _Surface(bumpy, colour * shown, glowing(glow))
 
 
 def _unit(values: Points) -> Points:

@@ -4,8 +4,8 @@ Each triangle is split into row spans, all spans into one flat array of fragment
 samples the texture, so a few array operations draw the whole mesh.
 """
 
-import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import cv2
 import numpy as np
@@ -13,6 +13,9 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.pixels import as_plane
 from fire_atlas.vision.warp import sample_at
+
+_BLOCK = 1 << 15
+"""Fragments that are computed at a time: a processor's cache holds them."""
 
 _MAP_WIDTH = 4096
 """Fragments per row of the maps given to OpenCV, which limits the sides of its images."""
@@ -92,17 +95,25 @@ def rasterise(triangles: Triangles, width: int, height: int, *, tiles: bool = Fa
 
     # Attributes are linear over a triangle: begin with their values at the span's left end and add
     # their slope along the row. One attribute at a time, because numpy is slow along a short axis.
-    span, column = _runs(left, right - left)
-    step = (column - left[span]).astype(np.float32)
     over, down = left + 0.5 - corner[owner, 0, 0], at - corner[owner, 0, 1]
-    attributes = np.empty((value.shape[2], len(span)), np.float32)
-    for k, attribute in enumerate(attributes):
-        begin = value[:, 0, k][owner] + dx[:, k][owner] * over + dy[:, k][owner] * down
-        np.multiply(dx[:, k].astype(np.float32)[owner][span], step, out=attribute)
-        attribute += begin.astype(np.float32)[span]
-    if tiles:
-        column %= width
-    return Fragments(row[span] * width + column, attributes.T)
+    begin, slope = np.empty((2, value.shape[2], len(owner)), np.float32)
+    for k in range(value.shape[2]):
+        slope[k] = along = dx[:, k][owner]
+        begin[k] = value[:, 0, k][owner] + along * over + dy[:, k][owner] * down
+    end = np.cumsum(right - left)
+    total = int(end[-1]) if len(end) else 0
+    pixel, attributes = np.empty(total, np.intp), np.empty((value.shape[2], total), np.float32)
+    cuts = np.searchsorted(end, np.arange(_BLOCK, total + _BLOCK, _BLOCK)) + 1
+    start = 0
+    for spans in (slice(*pair) for pair in pairwise([0, *cuts])):
+        span, column = _runs(left[spans], (right - left)[spans])
+        here = slice(start, start := start + len(span))
+        step = (column - left[spans][span]).astype(np.float32)
+        pixel[here] = row[spans][span] * width + (column % width if tiles else column)
+        for k, attribute in enumerate(attributes[:, here]):
+            np.multiply(slope[k, spans][span], step, out=attribute)
+            attribute += begin[k, spans][span]
+    return Fragments(pixel, attributes.T)
 
 
 def _runs(
@@ -171,16 +182,19 @@ def sample_texture(
 def accumulate(
     pixel: NDArray[np.intp], light: NDArray[np.float32], width: int, height: int
 ) -> NDArray[np.float32]:
-    """Return the sum of ``light`` (n, c) on each pixel: (height, width, c)."""
-    target = np.empty((height * width, light.shape[1]), np.float32)
-    for c in range(light.shape[1]):
-        target[:, c] = np.bincount(pixel, weights=light[:, c], minlength=height * width)
+    """Return the sum of ``light`` (c, n) on each pixel: (height, width, c)."""
+    target = np.empty((height * width, len(light)), np.float32)
+    for c, channel in enumerate(light):
+        target[:, c] = np.bincount(pixel, weights=channel, minlength=height * width)
     return target.reshape(height, width, -1)
 
 
 _MIN_SPREAD = 0.004
 """Standard deviation of the depth of what is on a sheet, heights: sheets that cross blend over
 about this distance."""
+
+_LOGISTIC = np.float32(1.7)
+"""The logistic function of 1.7 x is within 0.01 of the normal distribution."""
 
 _QUANTILES, _WEIGHTS = np.polynomial.legendre.leggauss(3)[0] / 2 + 0.5, (5 / 18, 8 / 18, 5 / 18)
 """Quantiles of that depth, and their weights, for a mean over it (Gauss-Legendre)."""
@@ -211,15 +225,38 @@ class Medium:
             moment += np.bincount(pixel, weights=weight, minlength=len(moment))
             weight = weight * depth
 
-    def transmittance(
+    def before(self) -> "MatterBefore":
+        """Return what light passes on its way out of the matter added so far."""
+        total, first, second = self._moments
+        mean = first / np.maximum(total, 1e-12)
+        variance = np.maximum(second / np.maximum(total, 1e-12) - mean * mean, 0.0)
+        spread = np.sqrt(variance + _MIN_SPREAD**2)
+        return MatterBefore(as_plane(total), as_plane(mean), as_plane(1 / spread))
+
+
+@dataclass(frozen=True, slots=True)
+class MatterBefore:
+    """Translucent matter in front of each pixel, (pixels,) each.
+
+    Attributes:
+        thickness: Its optical depth.
+        mean: Its mean depth, heights.
+        sharpness: 1 by the standard deviation of its depth, 1/heights.
+    """
+
+    thickness: NDArray[np.float32]
+    mean: NDArray[np.float32]
+    sharpness: NDArray[np.float32]
+
+    def let_through(
         self,
+        light: NDArray[np.float32],
         pixel: NDArray[np.intp],
         depth: NDArray[np.float32],
         thickness: NDArray[np.float32],
         dimming: NDArray[np.float32],
     ) -> NDArray[np.float32]:
-        """Return the part (n, channels) of the light shed at ``depth`` (n,) that passes what is in
-        front of it.
+        """Return the part of light (channels, n), shed at ``depth``, that passes what is in front.
 
         It is the mean over the depths that the matter added there itself may have, of optical depth
         ``thickness`` (n,). That matter hides nothing of its own light: it would let a part of
@@ -228,20 +265,28 @@ class Medium:
         from there on.
 
         Args:
-            dimming: (n, channels) how much an optical depth dims each channel.
+            light: (channels, n).
+            pixel: (n,) index of each light's pixel.
+            depth, thickness: (n,).
+            dimming: (channels, n), or (channels, 1) for all, how much an optical depth dims each
+                channel.
         """
-        total, first, second = self._moments
-        mean = first / np.maximum(total, 1e-12)
-        variance = np.maximum(second / np.maximum(total, 1e-12) - mean * mean, 0.0)
-        spread = np.sqrt(variance + _MIN_SPREAD**2)
-        # The logistic function of 1.7 x is within 0.01 of the normal distribution.
-        place = as_plane(-1.7 * (depth - mean[pixel]) / spread[pixel])
-        step = as_plane(_MIN_SPREAD / spread)[pixel]
-        in_front = as_plane(total)[pixel]
-        passed = np.zeros_like(dimming)
-        for quantile, weight in zip(_QUANTILES, _WEIGHTS, strict=True):
-            deeper = np.float32(math.log(quantile / (1 - quantile))) * step
-            odds = np.exp(np.clip(place - deeper, -30, 30))
-            passed += np.float32(weight) * np.exp(dimming * (-in_front / (1 + odds))[:, None])
-        own = dimming * np.maximum(thickness, np.float32(1e-6))[:, None]
-        return as_plane(np.minimum(passed * (own / -np.expm1(-own)), 1.0))
+        passed = np.empty_like(light)
+        for first in range(0, len(pixel), _BLOCK):
+            part = slice(first, first + _BLOCK)
+            at = pixel[part]
+            sharpness, matter = self.sharpness[at], self.thickness[at]
+            place = (self.mean[at] - depth[part]) * (_LOGISTIC * sharpness)
+            step = np.float32(_MIN_SPREAD) * sharpness
+            nearer = [
+                matter / (1 + np.exp(np.clip(place - np.float32(logit) * step, -30, 30)))
+                for logit in np.log(_QUANTILES / (1 - _QUANTILES))
+            ]
+            own = np.maximum(thickness[part], np.float32(1e-6))
+            for c, channel in enumerate(dimming[:, part] if dimming.shape[1] > 1 else dimming):
+                share = np.zeros_like(place)
+                for optical_depth, weight in zip(nearer, _WEIGHTS, strict=True):
+                    share += np.float32(weight) * np.exp(-channel * optical_depth)
+                share *= channel * own / -np.expm1(-channel * own)
+                np.multiply(light[c, part], np.minimum(share, 1), out=passed[c, part])
+        return passed

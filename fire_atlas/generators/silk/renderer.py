@@ -14,12 +14,14 @@ from fire_atlas.core.camera import Camera
 from fire_atlas.core.clip import Clip, FrontSurface, Values
 from fire_atlas.core.dither import dithered
 from fire_atlas.core.easing import smooth_step
+from fire_atlas.core.picture import brightest
 from fire_atlas.core.pixels import Pixels, Plane, as_plane
 from fire_atlas.generators.front import POINT_DISTANCE, PointCloud, front_surface_of
 from fire_atlas.generators.settings import GenerationSettings
 from fire_atlas.generators.silk import raster
+from fire_atlas.generators.silk.burning_picture import CharredPicture, PictureBuffers
 from fire_atlas.generators.silk.colour import expose
-from fire_atlas.generators.silk.glow import scattered
+from fire_atlas.generators.silk.glow import edge_fade, scattered
 from fire_atlas.generators.silk.ignition import Ignition
 from fire_atlas.generators.silk.intruder_drawing import (
     Hearth,
@@ -52,6 +54,9 @@ _SAMPLES = 2
 _BATCH = 16
 """Number of sheets drawn at once, which limits memory."""
 
+_MOST_KEPT = 1 << 21
+"""Number of samples of sheets that are kept while a picture is drawn, which limits memory."""
+
 _VANISHING_COSINE, _FADE_RANGE = 0.3, 0.55
 """Cosine between a sheet's normal and the line of sight at which it vanishes, and increase of that
 cosine until it is fully visible."""
@@ -64,6 +69,10 @@ _THINNING = 0.35
 
 _MAX_THINNING = 4.0
 """Limit of how much thinner fast gas is, so that a flame that is carried along does not vanish."""
+
+_SIDE_FADE = 0.1
+"""Distance from the sides of the frame over which flames die, heights: a fire that wind bends out
+of its frame would be cut there."""
 
 _NEAR_FADE = 0.25
 """Distance before the camera within which sheets fade, heights."""
@@ -117,9 +126,9 @@ class _FlameFragments:
 
     Attributes:
         pixel: (n,) index of the sample, row by row.
-        light: (n, 3) light that the flame sheds there.
+        light: (3, n) light that the flame sheds there.
         thickness: (n,) optical depth of its flame and soot.
-        dimming: (n, 3) how much an optical depth in front dims its red, green and blue.
+        dimming: (3, n) or (3, 1) how much an optical depth in front dims its red, green and blue.
         depth: (n,) depth, heights.
     """
 
@@ -141,6 +150,7 @@ class SilkRenderer:
         ignition: Which sheets and objects burn.
         frames: Number of frames.
         glow: Part of the flame's light that is scattered around it.
+        pictures: The pictures that burn.
         samples: Samples per pixel along each axis.
     """
 
@@ -150,6 +160,7 @@ class SilkRenderer:
     ignition: Ignition
     frames: int
     glow: float
+    pictures: tuple[CharredPicture, ...] = ()
     samples: int = _SAMPLES
 
     def draw(self, i: int, camera: Camera) -> SilkFrame:
@@ -163,14 +174,15 @@ class SilkRenderer:
         if edge.any():
             shown[edge] = _averaged(expose(light), camera)[edge]
         if self.glow:
-            glows = _averaged(seen.glow.max(axis=2) - light.max(axis=2) / 2, camera) > 0
+            more = as_plane(brightest(seen.glow) - brightest(light) / 2)
+            glows = _averaged(more, camera) > 0
             shown = np.where(glows[..., None], dithered(shown), shown)
         return SilkFrame(shown, coverage)
 
     def solids(self, i: int, camera: Camera) -> SilkFrame:
         """Draw what stands in the fire in frame ``i``, in the flames' light and seen through them,
         and the glow of hazy air before it, but not the flames before it."""
-        if not any(body.visible for body in self.scene.intruders):
+        if not any(body.visible for body in self.scene.intruders) and not self.pictures:
             bare = np.zeros((camera.height, camera.width), np.float32)
             return SilkFrame(np.repeat(bare[..., None], 3, axis=2), bare)
         seen = self._seen(i, camera)
@@ -184,7 +196,14 @@ class SilkRenderer:
     def solid_cover(self, i: int, camera: Camera) -> Plane:
         """Return the coverage (height, width) of what stands in the fire in frame ``i``."""
         intruders, time = self.scene.intruders, i / self.scene.fps
-        return _averaged(intruder_coverage(intruders, time, camera, self.samples), camera)
+        coverage = intruder_coverage(intruders, time, camera, self.samples)
+        for picture in self._seen_pictures(camera):
+            coverage = np.maximum(coverage, picture.coverage)
+        return _averaged(coverage, camera)
+
+    def _seen_pictures(self, camera: Camera) -> list[PictureBuffers]:
+        seen = (picture.seen_by(camera, self.samples) for picture in self.pictures)
+        return [picture for picture in seen if picture is not None]
 
     def _seen(self, i: int, camera: Camera) -> _SeenLight:
         """Return what ``camera`` sees of the flames and of what stands in them in frame ``i``."""
@@ -196,26 +215,41 @@ class SilkRenderer:
         light = np.zeros((height, width, 3), np.float32)
         medium = raster.Medium(height * width)
         batches = self._batches()
-        first = self._flame(i, batches[0], camera, intruders)
-        for n, sheets in enumerate(batches):
-            flame = self._flame(i, sheets, camera, intruders) if n else first
+        kept: list[_FlameFragments] = []  # others are drawn anew
+        room = _MOST_KEPT
+        for sheets in batches:
+            flame = self._flame(i, sheets, camera, intruders)
             medium.add(flame.pixel, flame.depth, flame.thickness)
+            if len(kept) * _BATCH == sheets.start and (room := room - len(flame.pixel)) >= 0:
+                kept.append(flame)
+        before = medium.before()
         for n, sheets in enumerate(batches):
-            flame = self._flame(i, sheets, camera, intruders) if n else first
-            passed = medium.transmittance(flame.pixel, flame.depth, flame.thickness, flame.dimming)
-            light += raster.accumulate(flame.pixel, flame.light * passed, width, height)
+            flame = kept[n] if n < len(kept) else self._flame(i, sheets, camera, intruders)
+            shown = before.let_through(
+                flame.light, flame.pixel, flame.depth, flame.thickness, flame.dimming
+            )
+            light += raster.accumulate(flame.pixel, shown, width, height)
         glow = np.zeros_like(light)
         if self.glow:
             scale = camera.scale * self.samples
             glow = scattered(light, scale, self.glow, tiles=camera.tiles)
-        if intruders.is_empty:
-            return _SeenLight(light, np.zeros_like(light), glow, np.zeros_like(light[..., 0]))
-        total = light.sum(axis=(0, 1), dtype=np.float64) / (camera.scale * self.samples) ** 2
-        lights = [(total * share, place) for share, place in self._fires(i, camera)]
+        solid, coverage = np.zeros_like(light), np.zeros_like(light[..., 0])
+        pictures = self._seen_pictures(camera)
+        if intruders.is_empty and not pictures:
+            return _SeenLight(light, solid, glow, coverage)
         passed = np.exp(-medium.thickness).astype(np.float32).reshape(height, width, 1)
-        return _SeenLight(light, intruders.lit_by(lights) * passed, glow, intruders.coverage)
+        for picture in pictures:
+            solid += picture.lit_by(light, self._hearth(i)) * passed
+            coverage = np.maximum(coverage, picture.coverage)
+        if not intruders.is_empty:
+            total = light.sum(axis=(0, 1), dtype=np.float64) / (camera.scale * self.samples) ** 2
+            lights = [(total * share, place) for share, place in self._fires(i, camera)]
+            bodies = intruders.lit_by(lights) * passed
+            solid = solid * (1 - intruders.coverage[..., None]) + bodies
+            coverage = np.maximum(coverage, intruders.coverage)
+        return _SeenLight(light, solid, glow, coverage)
 
-    def smoke(self, i: int, camera: Camera) -> Plane:
+    def soot(self, i: int, camera: Camera) -> Plane:
         """Return the share of light (height, width), 0..1, that soot keeps back in frame ``i``: of
         an optical depth τ of all sheets, 1 − exp(−τ)."""
         width, height = camera.width * self.samples, camera.height * self.samples
@@ -225,7 +259,7 @@ class SilkRenderer:
         thickness = np.zeros((height, width, 1), np.float32)
         for sheets in self._batches():
             flame = self._flame(i, sheets, camera, intruders)
-            thickness += raster.accumulate(flame.pixel, flame.thickness[:, None], width, height)
+            thickness += raster.accumulate(flame.pixel, flame.thickness[None], width, height)
         return _averaged(-np.expm1(-thickness[..., 0]), camera)
 
     def front_surface(self, i: int, camera: Camera) -> FrontSurface:
@@ -278,14 +312,16 @@ class SilkRenderer:
             steps = np.gradient(texel[..., 0], axis=2), np.gradient(texel[..., 1], axis=1)
             tangents = along / steps[0][..., None], down / steps[1][..., None]
             attributes = np.concatenate([texel, opacity[..., None], velocity, *tangents], axis=-1)
-            triangles = raster.mesh_triangles(position, attributes)
+            texture = self.textures.motion(i, sheets)
+            triangles = cull_dark(raster.mesh_triangles(position, attributes), texture[..., :1])
             fragments = raster.rasterise(triangles, width, height, tiles=camera.tiles)
-            a = fragments.attributes
-            found = raster.sample_texture(self.textures.motion(i, sheets), a)
-            weight = found[:, 0] * a[:, 2]
-            moved = a[:, 3:5] + a[:, 5:7] * found[:, 1:2] + a[:, 7:9] * found[:, 2:3]
-            weighted = np.concatenate([weight[:, None], moved * weight[:, None]], axis=1)
-            total += raster.accumulate(fragments.pixel, weighted, width, height)
+            luminance, right, down = raster.sample_texture(texture, fragments.attributes).T
+            _, _, opacity, *a = fragments.attributes.T
+            moved = np.stack([a[k] + a[2 + k] * right + a[4 + k] * down for k in range(2)])
+            weight = luminance * opacity
+            total += raster.accumulate(
+                fragments.pixel, np.stack([weight, *(moved * weight)]), width, height
+            )
         weight = total[..., :1]
         still = np.zeros((height, width, 2), np.float32)
         return np.asarray(np.divide(total[..., 1:], weight, out=still, where=weight > _MAX_DARK))
@@ -300,23 +336,30 @@ class SilkRenderer:
         pixel, light, depth = (np.concatenate(batches) for batches in zip(*(
             self._light_in_depth(i, sheets, camera) for sheets in self._batches()
         ), strict=True))  # fmt: skip
-        order = np.lexsort((-depth, pixel))
-        pixel, light, depth = pixel[order], light[order], depth[order]
         if not len(pixel):
             return np.zeros(len(x))
-        drawn, first = np.unique(pixel, return_index=True)
         x = np.mod(x, width) if camera.tiles else x
         column, row = (
             np.clip(place, 0, size - 1).astype(np.intp) for place, size in ((x, width), (y, height))
         )
-        group = np.minimum(np.searchsorted(drawn, row * width + column), len(drawn) - 1)
-        for k in np.flatnonzero(drawn[group] != row * width + column):
-            away = np.square(drawn // width - row[k]) + np.square(drawn % width - column[k])
-            group[k] = np.argmin(away)
+        drawn, at = np.zeros(width * height, np.bool_), row * width + column
+        drawn[pixel] = True
+        if not drawn[at].all():
+            known = np.flatnonzero(drawn)
+            for k in np.flatnonzero(~drawn[at]):
+                away = np.square(known // width - row[k]) + np.square(known % width - column[k])
+                at[k] = known[np.argmin(away)]
+        wanted, group = np.unique(at, return_inverse=True)
+        asked = np.zeros_like(drawn)
+        asked[wanted] = True
+        here = np.flatnonzero(asked[pixel])
+        here = here[np.lexsort((-depth[here], pixel[here]))]
+        pixel, light, depth = pixel[here], light[here], depth[here]
+        first = np.asarray(np.searchsorted(pixel, wanted))
         behind = np.append(0.0, np.cumsum(light, dtype=np.float64))
         begin, end = first[group], np.append(first, len(pixel))[group + 1]
-        wanted = behind[begin] + share * (behind[end] - behind[begin])
-        found = np.searchsorted(behind, wanted, side="right") - 1
+        sought = behind[begin] + share * (behind[end] - behind[begin])
+        found = np.searchsorted(behind, sought, side="right") - 1
         return np.asarray(depth[np.clip(found, begin, end - 1)], np.float64)
 
     def _light_in_depth(
@@ -329,11 +372,11 @@ class SilkRenderer:
         opacity = opacity * self.density(i, sheets)
         texel = self.textures.texel_grid(sheets, *opacity.shape[1:3])
         attributes = np.concatenate([texel, opacity[..., None], projected[..., 2:]], axis=-1)
-        triangles = cull_dark(raster.mesh_triangles(projected[..., :2], attributes), texture)
+        triangles = raster.mesh_triangles(projected[..., :2], attributes)
+        triangles = cull_dark(triangles, texture[..., :3])
         size = camera.width, camera.height
         seen = raster.rasterise(triangles, *size, tiles=camera.tiles)
-        found = raster.sample_texture(texture, seen.attributes)[:, :3].max(axis=1)
-        light = found * seen.attributes[:, 2]
+        light = brightest(raster.sample_texture(texture, seen.attributes)) * seen.attributes[:, 2]
         is_bright = light > _MAX_DARK
         return seen.pixel[is_bright], light[is_bright], seen.attributes[is_bright, 3]
 
@@ -387,12 +430,17 @@ class SilkRenderer:
         triangles = raster.mesh_triangles(projected[..., :2] * self.samples, attributes)
         lit = cull_dark(triangles, texture)
         fragments = raster.rasterise(lit, width, height, tiles=camera.tiles)
-        found = raster.sample_texture(texture, fragments.attributes) * fragments.attributes[:, 2:6]
+        found = raster.sample_texture(texture, fragments.attributes).T * fragments.attributes.T[2:6]
         depth = fragments.attributes[:, 6]
+        if not camera.tiles:
+            alive = edge_fade(width, _SIDE_FADE * camera.scale * self.samples) ** 2
+            found *= alive[fragments.pixel % width]
         if not intruders.is_empty:
-            found *= intruders.shows(fragments.pixel, depth)[:, None]
+            found *= intruders.shows(fragments.pixel, depth)
+        for picture in self._seen_pictures(camera):
+            found *= picture.shows(fragments.pixel, depth)
         dimming = self.textures.dimming(sheets, fragments.attributes[:, 1])
-        return _FlameFragments(fragments.pixel, found[:, :3], found[:, 3], dimming, depth)
+        return _FlameFragments(fragments.pixel, found[:3], found[3], dimming, depth.copy())
 
     def _hearth(self, i: int) -> Hearth:
         """Return the place where the fire burns that does from the start, at frame ``i``."""
@@ -500,8 +548,9 @@ class SilkView:
         return self.renderer.front_surface(index, self.camera)
 
     def smoke(self, index: int) -> Plane:
-        """Return the share of light (height, width), 0..1, that soot keeps back in a frame."""
-        return self.renderer.smoke(index, self.camera)
+        """Return the share of light (height, width), 0..1, that the soot in the flame keeps back in
+        a frame: no smoke rises over it."""
+        return self.renderer.soot(index, self.camera)
 
     def solids(self, index: int) -> Pixels:
         """Return the light and coverage (height, width, 4) of what stands in the fire."""
@@ -531,7 +580,15 @@ def generate_silk(
     textures = make_textures(source, settings, footage, scene, recording)
     ignition = Ignition.of(scene, recording, textures)
     textures = replace(textures, burning=ignition.burning)
-    return SilkRenderer(scene, recording, textures, ignition, settings.frames, source.glow)
+    foot = scene.model.rest[:, 0].mean(axis=1)[:, [0, 2]]
+    pictures = tuple(
+        CharredPicture(picture, picture.colours, foot[np.equal(scene.fires, fire)])
+        for fire, picture in masks.items()
+        if picture.colours is not None
+    )
+    return SilkRenderer(
+        scene, recording, textures, ignition, settings.frames, source.glow, pictures
+    )
 
 
 def planned_scene(
@@ -569,6 +626,7 @@ def changing_silk(
         before.ignition.changing_to(after.ignition, share),
         before.frames,
         before.glow,
+        before.pictures,
     )
 
 

@@ -94,11 +94,13 @@ class SheetTextures:
         return exponents[:, None, None]
 
     def dimming(self, sheets: slice, row: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return how much an optical depth dims red, green and blue, (n, 3), of the light at rows
-        (n,) of the stacked texture."""
+        """Return how much an optical depth dims red, green and blue, (3, n), of the light at rows
+        (n,) of the stacked texture; (3, 1) if it is the same for all ``sheets``."""
+        dimming = as_plane(np.stack([colours.dimming for colours in self.colours[0][sheets]]).T)
+        if (dimming == dimming[:, :1]).all():
+            return dimming[:, :1]
         height = self.loops[0].images.shape[1]
-        dimming = np.stack([colours.dimming for colours in self.colours[0][sheets]])
-        return as_plane(dimming[((row + np.float32(0.5)) // height).astype(np.intp)])
+        return dimming[:, ((row + np.float32(0.5)) * np.float32(1 / height)).astype(np.intp)]
 
     def image(self, i: int, sheet: int) -> Image:
         """Return the image on a sheet in frame ``i``, heat or light: (height, width, n)."""
@@ -109,9 +111,7 @@ class SheetTextures:
 
     def _light(self, i: int, sheet: int) -> NDArray[np.float32]:
         image = _catching_fire(self.image(i, sheet), np.float32(self.burning[i, sheet]))
-        colours = self.colours[i][sheet]
-        light = colours.light(image, float(self.v_rms[i, sheet]))
-        return np.dstack([light, colours.thickness(image)])
+        return self.colours[i][sheet].light(image, float(self.v_rms[i, sheet]))
 
     def _motion(self, i: int, sheet: int) -> NDArray[np.float32]:
         loop, phase = self.loops[self.texture_index[sheet]], float(self.phase[i, sheet])
@@ -187,16 +187,15 @@ def _catching_fire(image: Image, burning: np.float32) -> Image:
 
 def cull_dark(triangles: Triangles, light: NDArray[np.float32]) -> Triangles:
     """Drop triangles whose texture is dark, which is most of a sheet."""
-    texel = triangles.attributes[..., :2]
-    low = np.floor(texel.min(axis=1)).astype(np.intp)
-    high = np.ceil(texel.max(axis=1)).astype(np.intp) + 1
+    # Along a short axis numpy is slow, so that corners and channels are taken one by one.
+    corners = [triangles.attributes[:, corner, :2] for corner in range(3)]
+    channels = [light[..., channel] for channel in range(light.shape[-1])]
+    low = np.floor(reduce(np.minimum, corners)).astype(np.intp)
+    high = np.ceil(reduce(np.maximum, corners)).astype(np.intp) + 1
     # A summed-area table: four entries give the number of bright texels in any box.
-    channels = (light[..., c] for c in range(light.shape[-1]))  # numpy is slow along a short axis
-    bright = (reduce(np.maximum, channels) > _MAX_DARK).astype(np.int32)
-    table = np.zeros((bright.shape[0] + 1, bright.shape[1] + 1), np.int32)
-    np.cumsum(np.cumsum(bright, axis=0), axis=1, out=table[1:, 1:])
+    table = cv2.integral((reduce(np.maximum, channels) > _MAX_DARK).view(np.uint8))
     x0, y0 = low[:, 0], low[:, 1]
-    x1, y1 = np.minimum(high[:, 0], bright.shape[1]), np.minimum(high[:, 1], bright.shape[0])
+    x1, y1 = np.minimum(high[:, 0], light.shape[1]), np.minimum(high[:, 1], light.shape[0])
     is_lit = table[y1, x1] - table[y0, x1] - table[y1, x0] + table[y0, x0] > 0
     return Triangles(triangles.position[is_lit], triangles.attributes[is_lit])
 

@@ -1,12 +1,17 @@
 """Choose the vectors of one frame's cell: they serve both the step into the frame and the step out
 of it, extend a little beyond the flame, and are 0 where nothing moves."""
 
+from functools import reduce
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fire_atlas.core.picture import brightest
 from fire_atlas.core.pixels import Bytes, Plane, as_plane
 from fire_atlas.maps.vectors.flow import StepMotion, Vectors
+from fire_atlas.maps.vectors.steps import Steps
+from fire_atlas.vision.warp import over_channels
 
 PAD, PAD_SHARE = 8, 0.1
 """Vectors extend beyond the flame by this many frame px or, if that is more, this fraction of the
@@ -27,25 +32,22 @@ _NEIGHBOURHOOD = 1 / 24
 """Standard deviation over which this difference is measured, as a fraction of the longer side."""
 
 
-def cell_vectors(
-    steps: tuple[StepMotion | None, StepMotion | None],
-    pictures: tuple[Bytes, Bytes, Bytes],
-    reliability: Plane,
-    pad: float,
-) -> Vectors:
-    """Return the vectors (h, w, 2) of a frame's cell, in px of the pictures per frame.
+def cell_vectors(steps: Steps, frame: int, span: int, reliability: Plane, pad: float) -> Vectors:
+    """Return the vectors (h, w, 2) of a frame's cell, in px of the pictures per step.
 
     Args:
-        steps: The motions into the frame and out of it; one of them may be None.
-        pictures: The frame before, the frame, the frame after.
+        steps: Motion of the animation; those into the frame and out of it are known.
+        frame: Number of the frame.
+        span: Frames of the animation from one that is played to the next.
         reliability: (h, w), 0..1, factor of the vectors.
         pad: Distance from the flame at which vectors begin to fade, px.
     """
-    before, here, after = pictures
+    before, here, after = (steps.picture(i) for i in (frame - span, frame, frame + span))
+    motions = steps.motion((frame - span, frame)), steps.motion((frame, frame + span))
     wanted = np.maximum(change_weight(before, here), change_weight(here, after))
-    vectors = as_plane(_mean_motion(steps) * (reliability * wanted)[..., None])
-    shown = np.asarray(cv2.max(cv2.max(before, here), after), np.uint8)
-    return extended(vectors, np.asarray(shown.max(axis=2) > _VISIBLE), pad)
+    vectors = as_plane(_mean_motion(motions) * (reliability * wanted)[..., None])
+    shown = brightest(cv2.max(cv2.max(before, here), after))
+    return extended(vectors, np.asarray(shown > _VISIBLE), pad)
 
 
 def _mean_motion(steps: tuple[StepMotion | None, StepMotion | None]) -> Vectors:
@@ -57,13 +59,13 @@ def _mean_motion(steps: tuple[StepMotion | None, StepMotion | None]) -> Vectors:
     known = [step for step in steps if step is not None]
     weights = [step.confidence.astype(np.float32) for step in known]
     parts = [step.vectors * w[..., None] for step, w in zip(known, weights, strict=True)]
-    scale = (1 + _PRIOR_WEIGHT) / (np.sum(weights, axis=0) + _PRIOR_WEIGHT * len(known))
-    return as_plane(np.sum(parts, axis=0) * scale[..., None])
+    scale = (1 + _PRIOR_WEIGHT) / (reduce(np.add, weights) + _PRIOR_WEIGHT * len(known))
+    return as_plane(reduce(np.add, parts) * scale[..., None])
 
 
 def change_weight(before: Bytes, after: Bytes) -> Plane:
     """Return the factor of vectors, (h, w) in 0..1: 0 where two pictures hardly differ."""
-    square = as_plane(np.mean(cv2.absdiff(before, after).astype(np.float32) ** 2, axis=2))
+    square = as_plane(over_channels(cv2.absdiff(before, after).astype(np.float32) ** 2) / 4)
     change = np.sqrt(cv2.GaussianBlur(square, (0, 0), _NEIGHBOURHOOD * max(square.shape)))
     return as_plane(np.clip((change - _UNCHANGED) / (_CHANGED - _UNCHANGED), 0, 1))
 

@@ -1,19 +1,37 @@
-"""Estimate the motion vectors of an animation, scaled by their reliability on held-out frames."""
+"""Estimate the motion vectors of an animation by the better of two methods, scaled by their
+reliability on held-out frames."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.core.pixels import Bytes
+from fire_atlas.core.pixels import Bytes, Plane
 from fire_atlas.core.workers import Workers
 from fire_atlas.maps.vectors.cells import PAD, PAD_SHARE, cell_vectors
-from fire_atlas.maps.vectors.cross_validation import ValidationReport, cross_validate
+from fire_atlas.maps.vectors.cross_validation import (
+    Residuals,
+    ValidationReport,
+    better_method,
+    helps,
+    residuals,
+    two_fold,
+)
 from fire_atlas.maps.vectors.encoding import MotionEncoding
-from fire_atlas.maps.vectors.flow import StepMotion, Vectors, step_motion
-from fire_atlas.maps.vectors.held_out import hold_out, reliability
+from fire_atlas.maps.vectors.flow import Method, Vectors
+from fire_atlas.maps.vectors.held_out import (
+    for_half_the_step,
+    gaps_of_fewer,
+    gaps_to_test,
+    hold_out,
+    reliability,
+)
+from fire_atlas.maps.vectors.steps import Steps
+
+_FEWER = 2, 5
+"""How many times fewer frames may be played, for the statistics."""
 
 _SCALE_PERCENTILE = 99.5
 """Percentile of a frame's vectors that has to fit into the scale; longer ones are clipped to it."""
@@ -84,24 +102,103 @@ def estimate_motion(
     height, columns = pictures[0].shape[:2]
     width, count = columns - 2 * margin, len(pictures)
     pad = max(PAD, PAD_SHARE * max(size)) * max(width / size[0], height / size[1])
-    held_out = hold_out(pictures, skipped, loop, pad, workers)
-    validation = cross_validate(held_out, encoding)
-    reliable = reliability(held_out, (height, columns))
-    if validation is None or not validation.helps:
-        reliable[:] = 0
+    best = _better(pictures, skipped, loop, pad, encoding, workers)
+    if best is None or not best.report.helps:
+        for _ in pictures:
+            advance()
+        still = tuple(np.zeros((height, width, 2), np.float16) for _ in pictures)
+        return Motion(*size, still, (0.0, 0.0), best and best.report, tiles=margin > 0)
+    steps = best.steps
+    steps.estimate(steps.played(), advance)
+    if not loop:
+        advance()
     unit = np.array([size[0] / width, size[1] / height], np.float32)
-    steps = _steps(pictures, loop, workers, advance)
 
     def cell(i: int) -> NDArray[np.float16]:
-        if steps[i] is None:  # the last frame of a one-shot: an engine that stops here shows it
+        if not loop and i == count - 1:  # an engine that stops here shows this frame
             return np.zeros((height, width, 2), np.float16)
-        before = steps[i - 1]  # for the first frame the last step, which is None in a one-shot
-        near = pictures[i if before is None else i - 1], pictures[i], pictures[(i + 1) % count]
-        vectors = cell_vectors((before, steps[i]), near, reliable, pad)
+        vectors = cell_vectors(steps, i, 1, best.reliable, pad)
         return (_joined(vectors, margin) * unit).astype(np.float16)
 
     cells = tuple(workers.map(cell, range(count)))
-    return Motion(*size, cells, longest_of(cells), validation, tiles=margin > 0)
+    return Motion(*size, cells, longest_of(cells), best.report, tiles=margin > 0)
+
+
+class _Trial(NamedTuple):
+    """How one method does on held-out frames.
+
+    Attributes:
+        steps: The motion, as far as it is kept.
+        reliable: (h, w), by what to scale its vectors over the steps that were tested.
+        left: What it leaves of those to be played.
+        halved: What it leaves with half of the frames, if that is what was tested.
+    """
+
+    steps: Steps
+    reliable: Plane
+    left: Residuals
+    halved: Residuals | None
+
+
+class _Better(NamedTuple):
+    """The better method.
+
+    Attributes:
+        steps: The motion, as far as it is known by now.
+        reliable: (h, w), by what to scale its vectors.
+        report: How it does on held-out frames.
+    """
+
+    steps: Steps
+    reliable: Plane
+    report: ValidationReport
+
+
+def _better(
+    pictures: Sequence[Bytes],
+    skipped: Mapping[int, tuple[float, Bytes]],
+    loop: bool,
+    pad: float,
+    encoding: MotionEncoding,
+    workers: Workers,
+) -> _Better | None:
+    """Try both methods on held-out frames; None if there are none. See ``estimate_motion``."""
+    gaps, double = gaps_to_test(pictures, skipped, loop), not skipped
+    if not gaps:
+        return None
+
+    trials = dict[Method, _Trial]()
+    for method in get_args(Method)[::-1]:  # DIS stays more often: its steps are kept, to be played
+        steps = Steps(pictures, loop, method, workers)
+        held_out = hold_out(gaps, steps, pad, workers)
+        steps.forget_all_but(steps.played() if method == "dis" else [])
+        tested = two_fold(held_out)
+        trials[method] = _Trial(
+            steps,
+            reliability(held_out, pictures[0].shape[:2]),
+            residuals(tested, encoding, steps_are_double=double),
+            residuals(tested, encoding) if double else None,
+        )
+        del held_out, tested  # one method's vectors at a time, for memory
+    left = {name: trial.left for name, trial in trials.items()}
+    method = better_method(left, steps_are_double=double)
+    steps, reliable, best, halved = trials[method]
+    trials.clear()
+    fewer = {2: halved} if halved is not None else {}
+    for times in _FEWER:
+        if times not in fewer and (others := gaps_of_fewer(pictures, loop, times)):
+            fewer[times] = residuals(two_fold(hold_out(others, steps, pad, workers)), encoding)
+            steps.forget_all_but(steps.played())
+    report = ValidationReport(
+        len(gaps),
+        best.gain,
+        helps(best, steps_are_double=double),
+        method,
+        {"blend": best.blend, **{name: left[name].vectors for name in get_args(Method)}},
+        fewer,
+        best.still,
+    )
+    return _Better(steps, for_half_the_step(reliable) if double else reliable, report)
 
 
 def _joined(vectors: Vectors, margin: int) -> Vectors:
@@ -115,25 +212,6 @@ def _joined(vectors: Vectors, margin: int) -> Vectors:
     last = width - near
     inside[:, last:] += share[::-1] * (vectors[:, margin - near : margin] - inside[:, last:])
     return inside
-
-
-def _steps(
-    pictures: Sequence[Bytes], loop: bool, workers: Workers, advance: Callable[[], None]
-) -> list[StepMotion | None]:
-    """Return the motion from each picture to the next one; None after the last of a one-shot."""
-    count = len(pictures)
-    closes = loop and count > 1
-    last = count if closes else count - 1
-    steps: list[StepMotion | None] = []
-    for step in workers.map(
-        lambda i: step_motion(pictures[i], pictures[(i + 1) % count]), range(last)
-    ):
-        steps.append(step)
-        advance()
-    if not closes:
-        steps.append(None)
-        advance()
-    return steps
 
 
 def longest_of(cells: Sequence[NDArray[np.float16]]) -> tuple[float, float]:

@@ -1,7 +1,7 @@
 """Estimate the motion halfway between two frames, from the optical flow in both directions."""
 
 import math
-from typing import NamedTuple
+from typing import Literal, NamedTuple, TypeAlias, assert_never
 
 import cv2
 import numpy as np
@@ -9,11 +9,14 @@ from numpy.typing import NDArray
 
 from fire_atlas.atlas.encode import BlendSpace, encode_frame
 from fire_atlas.core.pixels import Bytes, Pixels, as_plane, magnitude
-from fire_atlas.vision.flow import optical_flow
+from fire_atlas.vision.flow import farneback_flow, optical_flow
 from fire_atlas.vision.warp import warp_by_pixels
 
 Vectors = NDArray[np.float32]
 """(h, w, 2) float32: x right, y down, px per frame."""
+
+Method: TypeAlias = Literal["dis", "farneback"]
+"""A method of optical flow: dense inverse search, or Farnebäck's polynomials."""
 
 _MAX_AREA = 200 * 200
 """Maximum area of the pictures that are compared, px². They predict held-out frames of real fire as
@@ -54,10 +57,10 @@ def displayed_thumbnail(pixels: Pixels, blend_space: BlendSpace) -> Bytes:
     return encode_frame(small, "premultiplied", blend_space)
 
 
-def step_motion(before: Bytes, after: Bytes) -> StepMotion:
-    """Return the motion between two pictures (h, w, 4)."""
+def step_motion(before: Bytes, after: Bytes, method: Method) -> StepMotion:
+    """Return the motion between two pictures (h, w, 4), by that method."""
     one, other = _grey(before), _grey(after)
-    forward, backward = _flow(one, other), _flow(other, one)
+    forward, backward = _flow(one, other, method), _flow(other, one, method)
     vectors = as_plane((forward - backward) / 2)
     for _ in range(2):  # each flow starts in its own frame, half the motion away
         ahead = warp_by_pixels(forward, vectors, -0.5)
@@ -76,6 +79,11 @@ def _grey(shown: Bytes) -> Bytes:
     return np.asarray(cv2.transform(shown, weights), np.uint8)
 
 
-def _flow(before: Bytes, after: Bytes) -> Vectors:
-    """Optical flow refined down to the full size, because errors would be visible in the engine."""
-    return optical_flow(before, after, True, finest_scale=0, refinements=5)
+def _flow(before: Bytes, after: Bytes, method: Method) -> Vectors:
+    match method:
+        case "dis":  # refined down to the full size, as errors would be visible in the engine
+            return optical_flow(before, after, True, finest_scale=0, refinements=5)
+        case "farneback":
+            return farneback_flow(before, after)
+        case _:
+            assert_never(method)

@@ -3,10 +3,10 @@
 If the source has frames between those that are shown, these are held out. They are the best test: a
 flame that sways to and fro between two frames looks still in both. Otherwise frame m is held out
 and predicted from m − 1 and m + 1 by vectors found without it; such a step is twice as long as
-those that will be played.
+those that will be played. And as if only every n-th frame were played, others are held out.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import cv2
@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 from fire_atlas.core.pixels import Bytes, Plane, as_plane
 from fire_atlas.core.workers import Workers
 from fire_atlas.maps.vectors.cells import cell_vectors
-from fire_atlas.maps.vectors.flow import StepMotion, Vectors, step_motion
+from fire_atlas.maps.vectors.flow import Vectors
+from fire_atlas.maps.vectors.steps import Step, Steps
 from fire_atlas.vision.sampling import evenly_spread
-from fire_atlas.vision.warp import warp_by_pixels
+from fire_atlas.vision.warp import over_channels, warp_by_pixels
 
 _MAX_HELD_OUT = 8
 """Maximum number of frames of a clip that are held out."""
@@ -37,6 +38,32 @@ _HALF_STEP_GAIN = 2.0
 frames of fire have less in common. The product is limited to 1."""
 
 
+class Gap(NamedTuple):
+    """A place between two frames of an animation at which a frame is held out.
+
+    Attributes:
+        actual: (h, w, 4) uint8, the frame that is held out.
+        first: Number of the frame before it.
+        span: Frames of the animation from that one to the next, which is there again.
+        blend: The engine's blend factor at the time of ``actual``: 0 at the frame before, 1 at the
+            next.
+    """
+
+    actual: Bytes
+    first: int
+    span: int
+    blend: float
+
+    def frames(self) -> tuple[int, int]:
+        """Return the numbers of the frame before and of the next."""
+        return self.first, self.first + self.span
+
+    def steps(self) -> list[Step]:
+        """Return the steps before, over and after the gap."""
+        starts = (self.first + self.span * i for i in (-1, 0, 1))
+        return [(start, start + self.span) for start in starts]
+
+
 class HeldOutFrame(NamedTuple):
     """A frame that was held out, and the frames before and after it with their vectors.
 
@@ -44,7 +71,6 @@ class HeldOutFrame(NamedTuple):
         before, actual, after: (h, w, 4) uint8; ``actual`` is the frame that was held out.
         vectors: Those of ``before`` and of ``after``, (h, w, 2): px from ``before`` to ``after``,
             as if fully reliable.
-        span: Frames of the clip from ``before`` to ``after``, 1 or 2.
         blend: The engine's blend factor at the time of ``actual``: 0 at ``before``, 1 at ``after``.
     """
 
@@ -52,18 +78,20 @@ class HeldOutFrame(NamedTuple):
     actual: Bytes
     after: Bytes
     vectors: tuple[Vectors, Vectors]
-    span: int
     blend: float
-
-    def predicted(self, vectors: tuple[Vectors, Vectors]) -> NDArray[np.float32]:
-        """Return the frame that the engine's formula gives at that time, (h, w, 4), 0..255."""
-        one = warp_by_pixels(self.before.astype(np.float32), vectors[0], -self.blend)
-        other = warp_by_pixels(self.after.astype(np.float32), vectors[1], 1 - self.blend)
-        return self.blended(one, other)
 
     def blended(self, one: NDArray[np.float32], other: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return the blend of two pictures at that time."""
         return as_plane(one + (other - one) * np.float32(self.blend))
+
+    def errors(self, scales: NDArray[np.float32]) -> Iterator[Plane]:
+        """Yield the squared error, (h, w), of what the engine's formula gives at that time with the
+        vectors times each of these ``scales``."""
+        before, after = self.before.astype(np.float32), self.after.astype(np.float32)
+        for scale in scales:
+            one = warp_by_pixels(before, self.vectors[0] * scale, -self.blend)
+            other = warp_by_pixels(after, self.vectors[1] * scale, 1 - self.blend)
+            yield squared_error(self.blended(one, other), self.actual)
 
 
 def choose_held_out(numbers: Sequence[int]) -> list[int]:
@@ -71,33 +99,61 @@ def choose_held_out(numbers: Sequence[int]) -> list[int]:
     return [numbers[i] for i in evenly_spread(0, len(numbers) - 1, _MAX_HELD_OUT)]
 
 
-def hold_out(
-    pictures: Sequence[Bytes],
-    skipped: Mapping[int, tuple[float, Bytes]],
-    loop: bool,
-    pad: float,
-    workers: Workers,
-) -> list[HeldOutFrame]:
-    """Hold out frames evenly spread over the clip; none if it has fewer than three.
+def gaps_to_test(
+    pictures: Sequence[Bytes], skipped: Mapping[int, tuple[float, Bytes]], loop: bool
+) -> list[Gap]:
+    """Choose frames to hold out, evenly spread; none of fewer than three.
 
     Args:
-        pictures: Every frame of the clip, (h, w, 4) uint8.
+        pictures: Every frame of the animation, (h, w, 4) uint8.
         skipped: By frame number, the time (0..1) and the picture of a source frame between it and
             the next. If there are any, these are held out.
         loop: Whether the first frame follows the last.
-        pad: Distance from the flame at which vectors begin to fade, px.
-        workers: Estimate motion in parallel.
     """
     if skipped:
-        return list(workers.map(
-            lambda i: _held_out(*skipped[i], i, 1, pictures, loop, pad), sorted(skipped)
-        ))  # fmt: skip
+        return [Gap(skipped[i][1], i, 1, skipped[i][0]) for i in sorted(skipped)]
     count = len(pictures)
     middles = range(count if count > 2 else 0) if loop else range(1, count - 1)
-    return list(workers.map(
-        lambda m: _held_out(0.5, pictures[m], m - 1, 2, pictures, loop, pad),
-        choose_held_out(middles),
-    ))  # fmt: skip
+    return [Gap(pictures[m], m - 1, 2, 0.5) for m in choose_held_out(middles)]
+
+
+def gaps_of_fewer(pictures: Sequence[Bytes], loop: bool, factor: int) -> list[Gap]:
+    """Choose frames to hold out where one in ``factor`` is played: all between two that are, of
+    evenly spread steps; none if fewer than three are played. The steps take turns."""
+    count = len(pictures)
+    if count <= 2 * factor:
+        return []
+    steps = range(0, count - factor + 1 if loop else count - factor, factor)
+    chosen = evenly_spread(0, len(steps) - 1, _MAX_HELD_OUT // (factor - 1))
+    return [
+        Gap(pictures[steps[i] + part], steps[i], factor, part / factor)
+        for part in range(1, factor)
+        for i in chosen
+    ]
+
+
+def hold_out(gaps: Sequence[Gap], steps: Steps, pad: float, workers: Workers) -> list[HeldOutFrame]:
+    """Return the frames held out at ``gaps``, with the vectors of their neighbours.
+
+    Args:
+        gaps: Where frames are held out.
+        steps: The motion of the animation; what is not known of it yet is estimated.
+        pad: Distance from the flame at which vectors begin to fade, px.
+        workers: Make the vectors in parallel.
+    """
+    steps.estimate(step for gap in gaps for step in gap.steps())
+    fully = np.ones(gaps[0].actual.shape[:2], np.float32)
+    cells = dict.fromkeys((frame, gap.span) for gap in gaps for frame in gap.frames())
+    made = workers.map(lambda cell: cell_vectors(steps, *cell, fully, pad), cells)
+    vectors = dict(zip(cells, made, strict=True))
+    return [
+        HeldOutFrame(
+            steps.picture(before), gap.actual, steps.picture(after),
+            (vectors[before, gap.span], vectors[after, gap.span]), gap.blend,
+        )
+        for gap in gaps
+        for before, after in [gap.frames()]
+    ]  # fmt: skip
 
 
 def reliability(held_out: Sequence[HeldOutFrame], shape: tuple[int, int]) -> Plane:
@@ -109,18 +165,22 @@ def reliability(held_out: Sequence[HeldOutFrame], shape: tuple[int, int]) -> Pla
     if not held_out:
         return np.zeros(shape, np.float32)
     totals = np.zeros((_SCALES, *shape), np.float32)
+    scales = np.linspace(0, 1, _SCALES, dtype=np.float32)
     for frame in held_out:
-        for total, scale in zip(totals, np.linspace(0, 1, _SCALES, dtype=np.float32), strict=True):
-            vectors = frame.vectors[0] * scale, frame.vectors[1] * scale
-            total += squared_error(frame.predicted(vectors), frame.actual)
+        for total, error in zip(totals, frame.errors(scales), strict=True):
+            total += error
     sigma = _ERROR_SIGMA * max(shape)
     errors = np.stack([
         cv2.GaussianBlur(total, (0, 0), sigma)
         + np.float32(_PRIOR_WEIGHT * total.mean(dtype=np.float64))
         for total in totals
     ])  # fmt: skip
-    gain = _HALF_STEP_GAIN if held_out[0].span == 2 else 1.0
-    return as_plane(np.clip(gain * _best_scale(errors), 0, 1))
+    return _best_scale(errors)
+
+
+def for_half_the_step(scale: Plane) -> Plane:
+    """Return the reliability over steps of half the length that it was measured over."""
+    return as_plane(np.clip(_HALF_STEP_GAIN * scale, 0, 1))
 
 
 def _best_scale(errors: NDArray[np.float32]) -> Plane:
@@ -140,34 +200,4 @@ def _best_scale(errors: NDArray[np.float32]) -> Plane:
 
 def squared_error(predicted: NDArray[np.float32], actual: Bytes) -> Plane:
     """Return the mean squared difference (h, w) over the channels."""
-    return as_plane(np.mean((predicted - actual) ** 2, axis=2))
-
-
-def _held_out(
-    blend: float,
-    actual: Bytes,
-    first: int,
-    span: int,
-    pictures: Sequence[Bytes],
-    loop: bool,
-    pad: float,
-) -> HeldOutFrame:
-    """Return ``actual`` with the frames ``first`` and ``first + span`` beside it."""
-    count = len(pictures)
-
-    def shown(i: int) -> Bytes:
-        return pictures[i % count if loop else min(max(i, 0), count - 1)]
-
-    def step(i: int) -> StepMotion | None:
-        known = loop or (i >= 0 and i + span < count)
-        return step_motion(shown(i), shown(i + span)) if known else None
-
-    at = first - span, first, first + span, first + 2 * span
-    into, across, out = (step(i) for i in at[:3])
-    earlier, before, after, later = (shown(i) for i in at)
-    fully_reliable = np.ones(actual.shape[:2], np.float32)
-    vectors = (
-        cell_vectors((into, across), (earlier, before, after), fully_reliable, pad),
-        cell_vectors((across, out), (before, after, later), fully_reliable, pad),
-    )
-    return HeldOutFrame(before, actual, after, vectors, span, blend)
+    return as_plane(over_channels((predicted - actual) ** 2) / 4)

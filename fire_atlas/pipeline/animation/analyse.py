@@ -3,6 +3,7 @@
 Frames are analysed by all workers; the field is solved frame by frame in one thread.
 """
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Self
@@ -27,6 +28,8 @@ from fire_atlas.effect.flakes.emission import (
     Candidates,
     EmitterSettings,
     Spawns,
+    apart,
+    elsewhere,
     emit,
     in_depth,
     with_bursts_in_rate,
@@ -76,7 +79,8 @@ class _FrameAnalysis:
         glare: (rows, columns), brightest channel of each cell, sRGB in 0..1.
         feature_x, feature_y: (rows, columns), mean of Fv* in each cell, in units of the clip's mean
             ‖∇f‖; 0 where the optical flow drives the field.
-        spawns: Flakes born in this frame, in all rounds of the clip.
+        spawns: Flakes born in this frame, in all rounds of the clip; of a fire with depth in each
+            of the places tried for them.
         is_reversed: Whether the clip runs backwards from this frame to the next.
     """
 
@@ -87,7 +91,7 @@ class _FrameAnalysis:
     glare: Plane
     feature_x: Plane
     feature_y: Plane
-    spawns: Spawns
+    spawns: tuple[Spawns, ...]
     is_reversed: bool
 
 
@@ -104,7 +108,7 @@ def analyse(
     """
     context.progress.stage("analyse", clip.count)
     analyser = FrameAnalyser.of(clip, study, recipe)
-    spawns_of = dict[int, Spawns]()
+    spawns_of = dict[int, tuple[Spawns, ...]]()
     solver = solver_of(clip, study, recipe, eddies)
     glare = np.zeros((clip.count, *solver.shape), np.uint8)
 
@@ -117,7 +121,9 @@ def analyse(
 
     solved = solve_field(forcings(), clip, solver)
     field = record_field(solved, clip, solver, has_heat=recipe.maps.haze)
-    spawns = Spawns.concatenate([spawns_of[i] for i in sorted(spawns_of)])
+    tried = zip(*(spawns_of[i] for i in range(clip.body)), strict=True)
+    duration = clip.count * analyser.rounds / clip.fps if clip.loop else math.inf
+    spawns = apart([Spawns.concatenate([*born]) for born in tried], clip.height, duration)
     spawns = with_bursts_in_rate(spawns, study.fires.labels, recipe.seed)
     if study.dies_out and not clip.loop and not clip.tail:
         spawns = spawns.cooled_by((clip.count - 1) / clip.fps)
@@ -162,14 +168,14 @@ class AnalysedFrame:
 
     Attributes:
         number: Of the frame.
-        spawns: Flakes born in it, in all rounds of the clip.
+        spawns: Flakes born in it, in all rounds of the clip, in each of the places tried for them.
         glare: (rows, columns), brightest channel of each cell of the field, sRGB in 0..1; 0 where
             nothing ever moves.
         forcing: How it drives the velocity field.
     """
 
     number: int
-    spawns: Spawns
+    spawns: tuple[Spawns, ...]
     glare: Plane
     forcing: Forcing
 
@@ -185,7 +191,7 @@ def analysed_frames(
     for i, (frame, forcing) in zip(order, done, strict=True):
         yield AnalysedFrame(
             i,
-            frame.spawns.shifted(window.left, window.top),
+            tuple(spawns.shifted(window.left, window.top) for spawns in frame.spawns),
             padded_to_grid(frame.glare, window, size, cell),
             forcing.padded(window, size, cell),
         )
@@ -302,28 +308,33 @@ class FrameAnalyser:
             bright,
             cell_means(brightest_shown(features.picture), cell),
             *force,
-            self._spawns(i, features.strength),
+            self._spawns(i, features.strength) if i < clip.body else (),
             i in clip.backwards,
         )
 
-    def _spawns(self, i: int, strength: Plane) -> Spawns:
-        """Return the flakes born in frame ``i``: in each round others, by its random numbers."""
-        if i >= self.clip.body:
-            return Spawns.empty()
+    def _spawns(self, i: int, strength: Plane) -> tuple[Spawns, ...]:
+        """Return the flakes born in frame ``i``: in each round others, by its random numbers. Of a
+        fire with depth they are returned in each of the places tried for them."""
         times = [i + turn * self.clip.count for turn in range(self.rounds)]
         labels = self.study.fires.labels
         spawned = [emit(time, strength, labels, self.emitter) for time in times]
-        if (depth := self.depth) is not None:
-            left, top = self.window.left, self.window.top
+        if (depth := self.depth) is None:
+            return (Spawns.concatenate(spawned),)
+        left, top = self.window.left, self.window.top
 
-            def fire_depth(x: Values, y: Values, share: Values) -> Values:
-                return depth.fire_depth(i, x + left, y + top, share)
+        def fire_depth(x: Values, y: Values, share: Values) -> Values:
+            return depth.fire_depth(i, x + left, y + top, share)
 
-            spawned = [
-                in_depth(born, fire_depth, time, self.recipe.seed)
-                for born, time in zip(spawned, times, strict=True)
-            ]
-        return Spawns.concatenate(spawned)
+        tried = [
+            in_depth(
+                elsewhere(born, time, strength, labels, self.emitter),
+                fire_depth,
+                time,
+                self.recipe.seed,
+            )
+            for born, time in zip(spawned, times, strict=True)
+        ]
+        return tuple(Spawns.concatenate([*born]) for born in zip(*tried, strict=True))
 
     def forcing(self, here: _FrameAnalysis, other: _FrameAnalysis, is_last: bool) -> Forcing:
         """Return the forcing of the velocity field by ``here``, given the neighbour ``other``."""

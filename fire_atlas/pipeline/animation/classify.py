@@ -18,6 +18,7 @@ _OF_READY_FIRES: dict[FireName, FireClass] = {
     "campfire": "campfire",
     "torch": "torch",
     "flamethrower": "torch",
+    "muzzle_flash": "explosion",
     "explosion": "explosion",
     "fireball": "explosion",
     "smoke": "none",

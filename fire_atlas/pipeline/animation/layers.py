@@ -133,7 +133,7 @@ def flame_layers(picture: Picture, recipe: Recipe, smoke: Plane | None = None) -
     Args:
         picture: The flame, (H, W, 4).
         recipe: What is drawn.
-        smoke: Share of light that black smoke keeps back, as from ``Clip.smoke``; None if smoke is
+        smoke: Share of light that black soot keeps back, as from ``Clip.smoke``; None if smoke is
             part of the picture.
     """
     if not recipe.maps.smoke:

@@ -28,6 +28,7 @@ from fire_atlas.pipeline.animation.layers import (
     layers_of,
 )
 from fire_atlas.recipe.models import Recipe
+from fire_atlas.recipe.silk import SilkSource
 
 _Rendered = TypeVar("_Rendered")
 
@@ -80,6 +81,11 @@ def render(simulated: SimulatedClip, recipe: Recipe, context: BuildContext) -> l
     )
     if recipe.maps.smoke and not any(_is_seen(frame.maps["smoke"]) for frame in frames):
         context.progress.note("maps.smoke: no smoke was found, so the map is empty; leave it out")
+    elif recipe.maps.smoke and isinstance(recipe.source, SilkSource):
+        context.progress.note(
+            "maps.smoke: of silk it is the soot in the flame, which is black and stays there; "
+            "smoke that rises is made by source.kind: fluid"
+        )
     return frames
 
 

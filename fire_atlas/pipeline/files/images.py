@@ -60,7 +60,8 @@ def write_images(
         from fire_atlas.pipeline.files.textures import note_texture_errors
 
         note_texture_errors(textures, atlas, context)
-    return outputs, {**figures_entry("colour_error", errors), **figures_entry("gpu", textures)}
+    figures = {**figures_entry("colour_error", errors), **figures_entry("gpu", textures)}
+    return outputs, figures | ({"gpu_quality": atlas.gpu_quality} if textures else {})
 
 
 def _written_error(file: Path, drawn: Bytes, atlas: Atlas, context: BuildContext) -> "ColourError":

@@ -1,6 +1,7 @@
 """Write images as compressed textures with mip levels, and measure what compression changes."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -9,9 +10,11 @@ from fire_atlas.atlas.gpu import mip_levels
 from fire_atlas.core.context import BuildContext
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.core.workers import Workers
-from fire_atlas.formats.textures.blocks import FORMATS, BlockFormat, decode_blocks, encode_blocks
+from fire_atlas.formats.textures.blocks import FORMATS, BlockFormat, decode_blocks
+from fire_atlas.formats.textures.encode import Content, encode_images
 from fire_atlas.formats.textures.error import TextureError, colour_texture_error, data_error
 from fire_atlas.formats.textures.gpu_texture import TextureHeader, level_sizes
+from fire_atlas.formats.textures.ktx2 import supercompressed
 from fire_atlas.formats.textures.texture_file import write_texture
 from fire_atlas.outputs.manifest import OutputEntry
 from fire_atlas.outputs.staging import Staging
@@ -33,28 +36,27 @@ def write_textures(
     drawn = _in_four_channels(as_bytes(drawn))
     if image.has_cover and atlas.alpha == "additive":
         atlas = atlas.model_copy(update={"alpha": "premultiplied"})
-    count = image.textures[0].levels
-    levels = list(mip_levels(drawn, count, atlas, context.workers, is_data=image.is_data))
+    count, workers = image.textures[0].levels, context.workers
+    levels = list(mip_levels(drawn, count, atlas, workers, is_data=image.is_data))
+    formats = [FORMATS[blocks] for blocks in dict.fromkeys(each.blocks for each in image.textures)]
+    encoded = encode_images(
+        levels, formats, _is_srgb(image, atlas), workers,
+        quality=atlas.gpu_quality, content=_content(image, atlas),
+    )  # fmt: skip
+    headers = [_header(format_, image, levels, atlas) for format_ in formats]
+    of_blocks = {
+        header.format.name: (header, data, _error(header, data[0], image, drawn, atlas, workers))
+        for header, data in zip(headers, encoded, strict=True)
+    }
     outputs, errors = [], dict[str, TextureError]()
-    for blocks in dict.fromkeys(texture.blocks for texture in image.textures):
-        header = _header(FORMATS[blocks], image, levels, atlas)
-        encoded = [
-            encode_blocks(
-                level,
-                header.format,
-                header.srgb,
-                context.workers,
-                has_straight_colour=not image.is_data and atlas.alpha == "straight",
-            )
-            for level in levels
-        ]
-        error = _error(header, encoded[0], image, drawn, atlas, context.workers)
-        for texture in image.textures:
-            if texture.blocks == blocks:
-                with staging.open(texture.file) as file:
-                    write_texture(file, texture.file, header, encoded)
-                outputs.append(staging.entry(texture.file, "texture"))
-                errors[texture.file] = error
+    for texture in image.textures:
+        header, data, errors[texture.file] = of_blocks[texture.blocks]
+        if atlas.supercompression == "zstd" and texture.file.endswith(".ktx2"):
+            header = replace(header, supercompression="zstd")
+            data = supercompressed(data, atlas.gpu_quality == "final", workers)
+        with staging.open(texture.file) as file:
+            write_texture(file, texture.file, header, data)
+        outputs.append(staging.entry(texture.file, "texture"))
     return outputs, errors
 
 
@@ -86,26 +88,42 @@ def _error(
 def _header(
     format_: BlockFormat, image: Image, levels: Sequence[Bytes], atlas: Atlas
 ) -> TextureHeader:
-    """Return what a texture's file says of it.
-
-    A client that blends in sRGB samples colours as they are stored.
-    """
+    """Return what a texture's file says of it."""
     height, width = levels[0].shape[:2]
     is_straight = image.is_data or atlas.alpha == "straight"
     return TextureHeader(
         format=format_,
         width=width,
         height=height,
-        srgb=atlas.blend_space == "linear" and not image.is_data,
+        srgb=_is_srgb(image, atlas),
         alpha="opaque" if format_.channels < 4 else "straight" if is_straight else "premultiplied",
         sizes=level_sizes(format_, width, height, len(levels)),
     )
 
 
+def _content(image: Image, atlas: Atlas) -> Content:
+    if image.is_data:
+        return "data"
+    return "straight" if atlas.alpha == "straight" else "premultiplied"
+
+
+def _is_srgb(image: Image, atlas: Atlas) -> bool:
+    """Return whether a GPU decodes colours from sRGB as it samples them: clients that blend in sRGB
+    sample them as they are stored."""
+    return atlas.blend_space == "linear" and not image.is_data
+
+
 def note_texture_errors(
     errors: Mapping[str, TextureError], atlas: Atlas, context: BuildContext
 ) -> None:
-    """Note which of these textures has the largest error, if that can be seen."""
+    """Note which of these textures has the largest error, if that can be seen; of drafts only that
+    they are such."""
+    if atlas.gpu_quality == "draft":
+        context.progress.note(
+            "atlas.gpu_quality: draft: compressed textures are encoded fast, and lose more than "
+            "those of final: to look at, not to ship"
+        )
+        return
     name, worst = min(errors.items(), key=lambda item: item[1].psnr)
     if worst.psnr >= _SEEN_BELOW:
         return

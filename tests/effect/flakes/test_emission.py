@@ -13,6 +13,7 @@ from fire_atlas.effect.flakes.emission import (
     TICK,
     EmitterSettings,
     Spawns,
+    apart,
     automatic_burst_rate,
     automatic_rate,
     with_bursts_in_rate,
@@ -243,3 +244,41 @@ def test_a_small_fire_sheds_in_every_second(seed: int) -> None:
     emitter = replace(EMITTER, rate=8.0, seed=seed)
     counts = [len(emit(i, _strength(), emitter).x) for i in range(240)]
     assert all(2 <= sum(counts[i : i + 24]) <= 14 for i in range(216))
+
+
+def _tried(x: list[list[float]], ticks: list[int], kind: int = EMBER) -> list[Spawns]:
+    """Return flakes born in ``ticks``, in each of the places tried: x px, and y 0."""
+    born = Spawns.concatenate([_all(12, EMITTER).take(np.arange(len(ticks)))])
+    born = replace(born, tick=np.array(ticks), kind=np.full(len(ticks), kind), y=0 * born.y)
+    return [replace(born, x=np.array(places)) for places in x]
+
+
+def test_an_ember_is_born_in_the_first_place_that_is_apart_from_those_before_it() -> None:
+    tried = _tried([[50, 51, 150], [0, 54, 0], [0, 90, 0], [0, 130, 0]], [0, 1, 2])
+    assert apart(tried, 200, np.inf).x.tolist() == [50, 90, 150]
+
+
+def test_an_ember_without_such_a_place_is_born_in_the_farthest() -> None:
+    tried = _tried([[50, 51], [0, 46], [0, 53]], [0, 1])
+    assert apart(tried, 200, np.inf).x.tolist() == [50, 46]
+
+
+def test_embers_long_after_one_another_may_be_born_in_one_place() -> None:
+    tried = _tried([[50, 50], [0, 90]], [0, 30])
+    assert apart(tried, 200, np.inf).x.tolist() == [50, 50]
+
+
+def test_the_end_of_a_loop_is_apart_from_its_beginning() -> None:
+    tried = _tried([[50, 50], [0, 90]], [0, 58])
+    assert apart(tried, 200, 1.0).x.tolist() == [50, 90]
+    assert apart(tried, 200, 2.0).x.tolist() == [50, 50]
+
+
+def test_sparks_of_a_burst_stay_in_its_place() -> None:
+    tried = _tried([[50, 50], [0, 90]], [0, 0], SPARK)
+    assert apart(tried, 200, np.inf).x.tolist() == [50, 50]
+
+
+def test_flakes_tried_in_one_place_stay_as_they_are() -> None:
+    (born,) = _tried([[50, 50]], [0, 0])
+    assert apart([born], 200, np.inf) is born

@@ -33,13 +33,14 @@ def test_godot_loads_dds_and_ktx2_with_all_levels_and_with_one(
     project.mkdir()
     (project / "read.gd").write_text(SCRIPT, encoding="utf-8")
     jobs = []
-    for mips in (1, 15):
-        atlas = {"gpu": ["bc7.dds", "bc7.ktx2"], "mips": mips, "alpha": "premultiplied"}
+    for mips, packing in ((1, "none"), (15, "none"), (1, "zstd"), (15, "zstd")):
+        atlas = {"gpu": ["bc7.dds", "bc7.ktx2"], "mips": mips, "alpha": "premultiplied",
+                 "supercompression": packing}  # fmt: skip
         repo.built(repo.recipe(atlas=atlas))
         for kind in ("dds", "ktx2"):
-            shutil.copy(repo.build / f"fire.bc7.{kind}", project / f"fire{mips}.{kind}")
-            path = f"res://fire{mips}.{kind}"
-            jobs.append({"do": "ask", "script": "res://read.gd", "path": path})
+            name = f"fire{mips}{packing}.{kind}"
+            shutil.copy(repo.build / f"fire.bc7.{kind}", project / name)
+            jobs.append({"do": "ask", "script": "res://read.gd", "path": f"res://{name}"})
     for job, (levels, png) in zip(jobs, godot4.run(project, jobs), strict=True):
         with Image.open(io.BytesIO(base64.b64decode(png))) as opened:
             seen = np.asarray(opened.convert("RGBA"))

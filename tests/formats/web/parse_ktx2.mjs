@@ -14,6 +14,8 @@ function described(container) {
     width: container.pixelWidth,
     height: container.pixelHeight,
     format: container.vkFormat,
+    scheme: container.supercompressionScheme,
+    unpacked: container.levels.map((level) => level.uncompressedByteLength),
     levels: container.levels.map((level) => level.levelData.byteLength),
     transfer: descriptor.transferFunction,
     flags: descriptor.flags,

@@ -156,13 +156,37 @@ def test_an_explosion_begins_and_ends_empty() -> None:
     assert max(cover) > 0.9
 
 
-@pytest.mark.parametrize("keys", [{}, {"fire": "smoke"}])
-def test_a_loop_has_no_seam(keys: dict[str, Any]) -> None:
-    view = fire(frames=24, **keys)
+@pytest.mark.parametrize(
+    ("keys", "level"),
+    [
+        ({}, 0.0), ({"fire": "smoke"}, 0.0), ({"fire": "steam"}, 0.0),
+        ({"fire": "flamethrower", "radius": 0.12}, 0.0), ({"fire": "torch", "radius": 0.14}, 3.0),
+    ],
+)  # fmt: skip
+def test_a_loop_has_no_seam(keys: dict[str, Any], level: float) -> None:
+    view = fire(frames=24, level=level, **keys)
     shown = [view.frame(i)[..., :3] for i in range(24)]
     steps = [float(np.abs(shown[i] - shown[i - 1]).mean()) for i in range(24)]
     around = max(steps[-1], steps[1])
     assert steps[0] <= 1.25 * max(around, float(np.median(steps)))
+
+
+def test_a_muzzle_flash_is_a_star_for_a_moment_and_then_a_puff() -> None:
+    keys = {"fire": "muzzle_flash", "resolution": 32, "width": 112, "height": 80}
+    source = FluidSource.model_validate(SMALL | keys)
+    scene = build_scene(source, GenerationSettings(0, Wind(), 14, 40.0, True, Views()))
+    with Workers(2) as workers:
+        view = FluidView(scene, record(scene, workers), fluid_camera(source, 0, 0), "srgb")
+    light = [float(view.frame(i)[..., :3].mean()) for i in range(14)]
+    assert light[0] == 0 and np.argmax(light) in (1, 2)
+    assert max(light[5:]) < 0.2 * max(light)
+    assert view.smoke(6).max() > 0.05
+    lit = np.argwhere(view.frame(2)[..., 3] > 0.5)
+    (top, left), (bottom, right) = lit.min(axis=0), lit.max(axis=0)
+    # Side lobes above and below the jet, which reaches as far ahead.
+    assert top < 0.35 * 80 and bottom > 0.65 * 80 and right - left > 0.4 * 112
+    # Between the lobes it is dark: they fill less of their box than a ball does (79 %).
+    assert len(lit) < 0.6 * (bottom - top + 1) * (right - left + 1)
 
 
 def test_a_view_from_the_back_is_the_mirror_image_of_light_without_smoke() -> None:

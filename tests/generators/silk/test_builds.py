@@ -2,6 +2,9 @@
 
 import io
 import json
+import math
+from collections import defaultdict
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +13,9 @@ import pytest
 from PIL import Image
 
 from fire_atlas.cli import main
+from fire_atlas.formats.tracks.tracks_json import read_tracks
 from tests.generators.silk.small_fires import COARSE
+from tests.support.effect import ID, SIZE, VX, VY, X, Y
 
 SILK: dict[str, Any] = {"kind": "silk", **COARSE, "sheets": {"count": 2}}
 
@@ -51,6 +56,36 @@ def test_each_side_is_an_animation_that_loops_with_flakes(tmp_path: Path) -> Non
 def test_one_side_has_the_recipes_own_name(tmp_path: Path) -> None:
     files = built(recipe(tmp_path, SILK, flakes="none"), tmp_path / "out")
     assert "torch/0005" in json.loads(files["torch.json"])["frames"]
+
+
+def test_no_two_flakes_born_together_share_speed_size_and_path(tmp_path: Path) -> None:
+    """A tongue's tip is where most are born, on any of its sheets; the same gas carries them."""
+    flakes = {"rate": 80, "bursts": 0, "size": [0.006, 0.02]}
+    source = {**SILK, "width": 96, "height": 128, "sheets": {"count": 5, "spread": 0.1}}
+    path = recipe(tmp_path, source, flakes=flakes, timeline={"frames": 24}, tracks=["json"])
+    built(path, tmp_path / "out")
+    tracks = read_tracks(tmp_path / "out" / "torch.flakes.json")
+    assert tracks is not None
+    flights = defaultdict[float, dict[int, Any]](dict)
+    for i, rows in enumerate(tracks.frames):
+        for row in rows:
+            flights[row[ID]][i] = row
+    born = {spawn[0]: spawn for spawn in tracks.spawns}
+    together = alike = 0
+    for one, other in combinations(sorted(flights), 2):
+        (t, x, y), (u, v, w) = (born[flake][[1, 3, 4]] for flake in (one, other))
+        both = sorted(flights[one].keys() & flights[other].keys())
+        if abs(t - u) * 24 > 2.5 or math.hypot(x - v, y - w) > 5 or len(both) < 3:
+            continue
+        together += 1
+        a, b = (np.array([flights[flake][i] for i in both]) for flake in (one, other))
+        apart = np.hypot(*(a - b)[:, [X, Y]].T).max() / 128
+        speeds = (np.hypot(*rows[:, [VX, VY]].T).mean() for rows in (a, b))
+        ratios = math.log(next(speeds) / next(speeds)), math.log(a[0, SIZE] / b[0, SIZE])
+        alike += apart < 0.05 and np.abs(ratios).max() < 0.3
+    assert len(born) > 60
+    assert together < 0.1 * len(born)
+    assert alike == 0
 
 
 @pytest.mark.slow

@@ -425,8 +425,8 @@ def test_sheets_that_coincide_let_the_mean_over_their_orders_pass(
     pixel, depth = np.zeros(count, np.intp), np.full(count, 1.5, np.float32)
     each = np.full(count, thickness, np.float32)
     medium.add(pixel, depth, each)
-    one = np.ones((count, 1), np.float32)
-    found = float(medium.transmittance(pixel, depth, each, one).mean())
+    one = np.ones((1, count), np.float32)
+    found = float(medium.before().let_through(one, pixel, depth, each, one).mean())
     passing = math.exp(-thickness)
     assert found == pytest.approx((1 - passing**count) / (count * (1 - passing)), abs=0.02)
 
@@ -436,10 +436,11 @@ def test_a_sheet_hides_nothing_of_itself_and_all_behind_it() -> None:
     pixel, depth = np.zeros(2, np.intp), np.array([1.0, 2.0], np.float32)
     thickness = np.array([0.8, 0.8], np.float32)
     medium.add(pixel, depth, thickness)
-    dimming = np.array([[0.5, 1.0, 2.0]] * 2, np.float32)
-    front, back = medium.transmittance(pixel, depth, thickness, dimming)
+    dimming = np.array([[0.5], [1.0], [2.0]], np.float32)
+    light = np.ones((3, 2), np.float32)
+    front, back = medium.before().let_through(light, pixel, depth, thickness, dimming).T
     assert np.allclose(front, 1, atol=0.08)
-    assert np.allclose(back, np.exp(-0.8 * dimming[1]), atol=0.12)
+    assert np.allclose(back, np.exp(-0.8 * dimming[:, 0]), atol=0.12)
 
 
 def test_no_line_is_dark_where_two_sheets_cross() -> None:

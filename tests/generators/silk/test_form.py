@@ -12,7 +12,7 @@ from fire_atlas.core.camera import Camera
 from fire_atlas.core.clip import FrontSurface
 from fire_atlas.generators.silk.renderer import SilkRenderer
 from fire_atlas.generators.silk.sheet_textures import SheetTextures
-from tests.generators.silk.small_fires import camera, fire
+from tests.generators.silk.small_fires import camera, fire, torch
 
 RADIUS, SIDE = 0.3, 192
 """Of the sphere, in heights; of the frame, px."""
@@ -117,12 +117,23 @@ def test_soot_keeps_back_what_its_optical_depth_states() -> None:
     """Two levels of soot of one fire: transmittances are powers of each other."""
     seen = camera()
     thin, thick = (
-        np.log1p(-fire(2, soot=soot).smoke(0, seen).astype(np.float64)) for soot in (0.25, 0.5)
+        np.log1p(-fire(2, soot=soot).soot(0, seen).astype(np.float64)) for soot in (0.25, 0.5)
     )
     even = (thin < -0.05) & (cover_is_even(thin))
     assert even.sum() > 30
     assert np.allclose(thick[even], 2 * thin[even], rtol=0.05)
-    assert not fire(2, soot=0.0).smoke(0, seen).any()
+    assert not fire(2, soot=0.0).soot(0, seen).any()
+
+
+def test_soot_is_in_the_flame_and_none_rises_over_it() -> None:
+    seen = camera()
+    for i in range(4):
+        light, soot = torch().draw(i, seen).light.max(axis=2), torch().soot(i, seen)
+        flame, hides = (
+            np.flatnonzero((plane > least).any(axis=1))
+            for plane, least in ((light, 0.0005), (soot, 0.02))
+        )
+        assert abs(hides[0] - flame[0]) <= 1 and abs(hides[-1] - flame[-1]) <= 1
 
 
 def cover_is_even(values: NDArray[np.float64]) -> NDArray[np.bool_]:

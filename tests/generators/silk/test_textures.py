@@ -315,7 +315,7 @@ def test_black_bodies_are_brighter_by_plancks_law_up_to_a_limit() -> None:
     image = np.ones((8, 8, 1), np.float32)
     colours = ColourMap.of(FUELS["wood"], "blackbody", 1.0, 1.0, 0.0)
     slow, usual, faster, fastest = (
-        colours.light(image, speed * colours.reference_speed)[0, 0] for speed in (0, 1, 1.2, 50)
+        colours.light(image, speed * colours.reference_speed)[0, 0, :3] for speed in (0, 1, 1.2, 50)
     )
     hot = FUELS["wood"].temperature
     light = FUELS["wood"].brightness

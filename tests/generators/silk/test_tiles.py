@@ -52,7 +52,7 @@ def front(elevation: float = 0.0) -> Camera:
 
 DRAWN: dict[str, Callable[[SilkRenderer, Camera], NDArray[Any]]] = {
     "light": lambda made, eye: made.draw(3, eye).light,
-    "smoke": lambda made, eye: made.smoke(3, eye),
+    "soot": lambda made, eye: made.soot(3, eye),
     "motion": lambda made, eye: made.motion(3, eye),
 }
 
@@ -185,8 +185,11 @@ def test_tiles_side_by_side_have_no_seam_with_flakes_and_blur(folder: Path) -> N
     found = [steps(shown(played(tile_of(folder, seed)))) for seed in (0, 1, 2)]
     joint = np.mean([over for over, _ in found])
     assert joint <= np.mean([np.median(between) for _, between in found])
-    over, between = steps(shown(played(build_of(folder, "ends", json.dumps(ENDS), 0))))
-    assert over > 2 * np.median(between), "the same line that ends at the sides has a seam"
+    tile, ends = (
+        shown(played(made))[:, :, 0].mean()
+        for made in (tile_of(folder, 0), build_of(folder, "ends", json.dumps(ENDS), 0))
+    )
+    assert ends < 0.1 * tile, "the same line that ends at the sides dies before them"
 
 
 def test_a_tile_ends_above(folder: Path) -> None:
@@ -208,7 +211,9 @@ def test_flakes_of_a_tile_fly_on_over_the_next_one(folder: Path) -> None:
     assert tracks is not None and tracks.tiles
     x, light = (np.concatenate([by_column(rows)[name] for rows in tracks.frames]) for name in "xa")
     assert (x > WIDTH + 5).sum() > 20
-    assert light[np.abs(x - WIDTH) < 2].max() > 0.2, "they do not fade at its sides"
+    at_side = np.abs((x + WIDTH / 2) % WIDTH - WIDTH / 2) < 2
+    assert at_side.sum() > 20
+    assert light[at_side].mean() > 0.6 * light[~at_side].mean(), "they do not fade at its sides"
 
 
 def test_only_a_line_that_ends_nowhere_tiles(

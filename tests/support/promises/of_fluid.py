@@ -94,6 +94,21 @@ def _smoke(fire: Burnt) -> float:
     return 100 * mean([float(fire.view.smoke(i).mean()) for i in fire.frames])
 
 
+def _outline(fire: Burnt) -> float:
+    """Return the mean length of the outline of what covers by a quarter, of its area's root."""
+    found = []
+    for cover in fire.shown[..., 3] > 0.25:
+        steps = np.count_nonzero(np.diff(cover, axis=0)) + np.count_nonzero(np.diff(cover, axis=1))
+        found.append(float(steps / np.sqrt(max(1, int(np.count_nonzero(cover))))))
+    return mean(found)
+
+
+def _steepness(fire: Burnt) -> float:
+    """Return how much coverage changes from px to px, of itself."""
+    cover = fire.shown[..., 3]
+    return 100 * float(np.abs(np.diff(cover, axis=2)).mean() / cover.mean())
+
+
 def _cubes(fire: Burnt) -> float:
     return 1 / fire.view.scene.grid.cell
 
@@ -111,6 +126,8 @@ LEAN = Figure("lean of the fire", Unit.DEGREES, _lean)
 LIGHT = Figure("light of the frame, thousandths", Unit.NUMBER, _light)
 WHITENESS = Figure("blue relative to red", Unit.SHARE, _whiteness)
 SMOKE = Figure("part of the background that smoke hides", Unit.NUMBER, _smoke)
+OUTLINE = Figure("length of the outline, of the root of its area", Unit.NUMBER, _outline)
+STEEPNESS = Figure("how steep the edges of the smoke are", Unit.NUMBER, _steepness)
 CUBES = Figure("cubes along a height", Unit.NUMBER, _cubes)
 LIT_FRAMES = Figure("frames in which anything is seen", Unit.SHARE, _lit_frames)
 
@@ -134,6 +151,11 @@ PROMISES_OF_FLUID = (
         "source.lift", "How fast hot gas rises", TOP, 0.3, 3.0, needs={"radius": 0.17},
         fire="fireball",
     ),
+    _of_gas(
+        "source.turbulence", "How much hot gas is stirred and swirls", STEEPNESS, 0.0, 3.0,
+        rises=False, fire="smoke",
+    ),
+    _of_gas("source.detail", "tongues finer than the cubes", OUTLINE, 0.0, 1.0),
     _of_gas("source.smoke", "How much smoke comes of the fuel", SMOKE, 0.2, 1.5),
     _of_gas(
         "source.smoke_colour", "Colour of the smoke in full light", WHITENESS, "#c08040",
@@ -166,8 +188,6 @@ PROMISES_OF_FLUID = (
 """Promises of ``source.kind: fluid``."""
 
 WITHOUT_OF_FLUID = {
-    "turbulence": "changes no more than another seed does: `tests/generators/fluid/test_source.py`",
-    "detail": "changes no more than another seed does: `tests/generators/fluid/test_source.py`",
     "kind": "chooses this source",
     "size": "is that of silk: its row is there",
     "aspect": "is that of silk: its row is there",

@@ -165,7 +165,7 @@ def _change(fire: Burning) -> float:
 
 def _smoke(fire: Burning) -> float:
     there = [
-        fire.fire.smoke(i, fire.camera)[lit].mean()
+        fire.fire.soot(i, fire.camera)[lit].mean()
         for i, lit in zip(fire.shown[::2], fire.flame[::2], strict=True)
     ]
     return 100 * mean(there)
