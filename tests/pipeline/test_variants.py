@@ -235,7 +235,9 @@ def test_what_is_learnt_of_a_short_clip_has_as_many_variants_as_differ(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     source = {"kind": "profile", "path": CANDLE["path"], "fps": 24, "height": 64}
-    keys = {"source": source, "timeline": {"frames": 24}, "flakes": "none", "variants": 16}
+    keys: dict[str, Any] = {
+        "source": source, "timeline": {"frames": 24}, "flakes": "none", "variants": 16,
+    }  # fmt: skip
     text = refused(tmp_path, capsys, **keys)
     assert "fire.yaml:4: variants: " in text and "shows a drawing of v" in text
     if number := re.search(r"the largest number is (\d+)", text):

@@ -49,7 +49,7 @@ def variants_of(loaded: LoadedRecipe, opened: Opened, context: BuildContext) -> 
         RecipeError: A clip is too short for so many.
     """
     recipe = loaded.recipe
-    notes, shown = _Notes(context.progress), list[NDArray[np.float32]]()
+    notes, shown = _NotesOfAll(context.progress), list[NDArray[np.float32]]()
     cuts = list[Opened]()
     if isinstance(recipe.source, FramesSource) and isinstance(opened, Mapping):
         ((name, clip),) = opened.items()
@@ -147,7 +147,7 @@ def require_loops(variants: Sequence[Contribution], recipe: Recipe) -> None:
 
 
 @dataclass(frozen=True, slots=True)
-class _Notes:
+class _NotesOfAll:
     """Tells what is noted of several variants: of the first all, of others what differs."""
 
     progress: Progress
@@ -173,7 +173,7 @@ class _Unnoted:
 
 @dataclass(frozen=True, slots=True)
 class _NotesOfVariant(_Unnoted):
-    notes: _Notes
+    notes: _NotesOfAll
     variant: int
 
     def note(self, message: str) -> None:
