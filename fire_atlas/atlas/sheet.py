@@ -78,6 +78,7 @@ class AnimationFrames:
             place.
         named: Of the user's sprites, what each frame has of its own; empty for other frames.
         margin: Empty px kept around its trimmed frames.
+        holds: How many of these durations each frame is shown for; empty: one.
     """
 
     name: str
@@ -88,6 +89,11 @@ class AnimationFrames:
     frames_per_place: int = 1
     named: tuple[NamedSprite, ...] = ()
     margin: int = 0
+    holds: tuple[int, ...] = ()
+
+    def duration_of(self, i: int) -> float:
+        """Return the duration of frame ``i``, ms."""
+        return self.duration * self.holds[i] if self.holds else self.duration
 
 
 @dataclass(frozen=True, slots=True)

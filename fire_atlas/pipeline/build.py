@@ -92,6 +92,11 @@ def build(
                     opened = open_input(part, context)
                 contributions.append(contribute(part.recipe, opened, cells, ramps, context))
             files += input_files(opened, part)
+        if recipe.fit != "none":
+            from fire_atlas.pipeline.fit.fit import fit
+
+            with located(loaded.tree):
+                contributions = [fit(contributions[0], recipe, recipe.fit, context)]
         content = page_content(contributions, loaded, context)
         with timer.measure("pack"):
             sheets = pack(loaded, content, context)

@@ -16,6 +16,7 @@ from fire_atlas.recipe.effect import (
     MotionBlur,
     MotionBlurOrNone,
 )
+from fire_atlas.recipe.fit import FitOrNone, against_fit
 from fire_atlas.recipe.fluid import FluidSource
 from fire_atlas.recipe.output import GODOT_BLEED, Atlas, Export, Maps, MovieName, TrackName
 from fire_atlas.recipe.phases import PhasesOrNone
@@ -70,6 +71,8 @@ class Recipe(Settings):
     """How the flakes are composited onto the flame."""
     atlas: Atlas = Atlas()
     """The pages: packing, pixels and sizes."""
+    fit: FitOrNone = "none"
+    """A budget for the pages, or ``none``: they are as large as the effect is."""
     maps: Maps = Maps()
     """Further images beside the pages: motion vectors and layers."""
     exports: Annotated[tuple[Export, ...], LIST, DIFFERENT] = ("json",)
@@ -174,6 +177,8 @@ class Recipe(Settings):
             yield from _against_levels(self)
         if self.phases != "none":
             yield from _against_phases(self)
+        if self.fit != "none":
+            yield from against_fit(self, self.fit)
         if isinstance(self.source, FramesSource) and self.views != Views():
             yield Problem(
                 ("views",),
@@ -220,6 +225,20 @@ class Recipe(Settings):
         if isinstance(source, dict) and source.get("kind") == "sprites":
             return {"flakes": "none", "motion_blur": "none", **given}
         return given
+
+    @model_validator(mode="before")
+    @classmethod
+    def _pages_within_budget(cls, given: Any) -> Any:
+        """Give ``atlas.max_size`` and ``atlas.max_pages`` their defaults by ``fit``, whose frames
+        have no tracks."""
+        fit = given.get("fit") if isinstance(given, dict) else None
+        atlas = given.get("atlas", {}) if isinstance(fit, dict) else None
+        if not (isinstance(fit, dict) and isinstance(atlas, dict)):
+            return given
+        if fit.get("page") is not None:
+            atlas = {"max_size": fit["page"], **atlas}
+        atlas = {"max_pages": fit.get("pages") or 1, **atlas}
+        return {"tracks": (), **given, "atlas": atlas}
 
     @model_validator(mode="before")
     @classmethod
