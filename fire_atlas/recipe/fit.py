@@ -1,17 +1,31 @@
 """Recipe block ``fit``: a budget for the pages, within which the tool chooses what they hold."""
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from fire_atlas.recipe.base import BLOCK, OFF, Off, Settings, either
-from fire_atlas.recipe.problem import Problem
-
-if TYPE_CHECKING:
-    from fire_atlas.recipe.models import Recipe
+from fire_atlas.recipe.base import (
+    BLOCK,
+    DIFFERENT,
+    LIST,
+    NUMBER,
+    OFF,
+    PAIR,
+    WORD,
+    Off,
+    Settings,
+    either,
+)
 
 _MAX_SIDE = 16384
+
+_Count = Annotated[int, Field(ge=1, le=4096)]
+
+Cells = Annotated[
+    Annotated[_Count, NUMBER]
+    | Annotated[tuple[_Count, ...], LIST, Field(min_length=1, max_length=16), DIFFERENT, PAIR],
+    either("a whole number from 1 to 4096 or a list of them"),
+]
 
 
 class Fit(Settings):
@@ -27,8 +41,9 @@ class Fit(Settings):
     memory: float | None = Field(default=None, ge=0.001, le=4096)
     """Memory that all pages may take on a GPU, MiB, with the mip levels that are written:
     uncompressed, or with ``atlas.gpu`` as the largest of its formats."""
-    cells: int | None = Field(default=None, ge=1, le=4096)
-    """Largest number of frames of all animations."""
+    cells: Cells | None = None
+    """Largest number of frames of all animations. A list: exactly one of these numbers, in a grid
+    with as many columns as rows, so that they have to be square numbers there."""
     shown: int | None = Field(default=None, ge=8, le=_MAX_SIDE)
     """How high a frame is drawn at most, px of the screen: frames need not be higher."""
 
@@ -41,80 +56,26 @@ class Fit(Settings):
         return self
 
 
+ReadyBudget = Literal["roblox", "unity-mobile", "web", "vrchat"]
+
+READY_BUDGETS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
+    "roblox": (
+        {"page": 1024, "pages": 1, "cells": [4, 16, 64]},
+        {"layout": "grid", "pot": True, "square": True},
+    ),
+    "unity-mobile": ({"page": 2048, "pages": 1, "memory": 4}, {"multiple_of": 4}),
+    "web": ({"page": 4096, "pages": 1, "memory": 16}, {}),
+    "vrchat": ({"page": 2048, "pages": 1, "memory": 8}, {"multiple_of": 4}),
+}
+"""What each word stands for: the budget, and defaults of ``atlas``.
+
+Roblox plays flipbooks of 2 x 2, 4 x 4 and 8 x 8 frames, on a texture of at most 1024 px. The others
+are what an effect may take beside a scene: of a phone, of a page, of a world that others made.
+"""
+
+
 FitOrNone = Annotated[
-    Off | Annotated[Fit, BLOCK],
-    either("`none` or a block of settings"),
+    Off | Annotated[ReadyBudget, WORD] | Annotated[Fit, BLOCK],
+    either("`none`, `roblox`, `unity-mobile`, `web`, `vrchat` or a block of settings"),
     OFF,
 ]
-
-
-def against_fit(recipe: "Recipe", fit: Fit) -> Iterator[Problem]:
-    """Yield what a recipe cannot have beside ``fit``."""
-    atlas = recipe.atlas
-    if fit.page is not None and atlas.max_size > fit.page:
-        yield Problem(
-            ("atlas", "max_size"),
-            f"lets pages be larger than fit.page, {fit.page}; remove one of them",
-        )
-    if fit.pages is not None and (atlas.max_pages == "none" or atlas.max_pages > fit.pages):
-        yield Problem(
-            ("atlas", "max_pages"),
-            f"lets there be more pages than fit.pages, {fit.pages}; remove one of them",
-        )
-    if not recipe.has_fire or atlas.members:
-        what = "atlas.members share pages, and" if atlas.members else "sprites are only packed, and"
-        yield Problem(
-            ("fit",), f"{what} none of them is to be made smaller or left out; remove fit"
-        )
-    if recipe.wind.levels:
-        yield Problem(
-            ("fit",),
-            "leaves out frames, by whose numbers a game changes the wind; remove it, or give the "
-            "fire one wind.level",
-        )
-    if recipe.phases != "none":
-        yield Problem(
-            ("fit",),
-            "leaves out frames, by whose numbers a game lights the fire and puts it out; remove "
-            "it, or phases",
-        )
-    for name, value in recipe.maps:
-        if value not in (False, "none"):
-            yield Problem(
-                ("maps", name),
-                "is made for every frame in its full size, but fit makes frames smaller and leaves "
-                "some out; remove one of them",
-            )
-    if recipe.tracks:
-        yield Problem(
-            ("tracks",),
-            "state every frame, in px of its full size, but fit makes frames smaller and leaves "
-            "some out; remove tracks, or fit",
-        )
-    if recipe.flakes != "none" and recipe.flakes.own_texture is not None:
-        yield Problem(
-            ("flakes", "texture"),
-            "is drawn by clients along the flakes' tracks, which fit leaves out; remove one of "
-            "them",
-        )
-    if recipe.flakes != "none" and not recipe.flakes.bake:
-        yield Problem(
-            ("flakes", "bake"),
-            "false leaves the flakes to their tracks, which fit leaves out: they were lost; remove "
-            "one of them",
-        )
-    if atlas.scales != (1.0,):
-        yield Problem(("atlas", "scales"), "are further sizes, but fit chooses one; remove them")
-    if atlas.bits == 16:
-        yield Problem(("atlas", "bits"), "must be 8 with fit; leave it out, or remove fit")
-    if atlas.pixels == "heat4":
-        yield Problem(
-            ("atlas", "pixels"),
-            "lays four consecutive frames in one cell, but fit leaves single ones out; use heat or "
-            "color",
-        )
-    if atlas.layout == "grid" and atlas.grid is not None:
-        yield Problem(
-            ("atlas", "grid"),
-            "states the number of cells, which fit chooses; remove it, and state fit.cells",
-        )

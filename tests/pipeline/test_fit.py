@@ -17,10 +17,10 @@ from fire_atlas.core.pixels import hex_to_linear
 from fire_atlas.core.workers import Workers
 from fire_atlas.pipeline.animation.contribution import FinishedAnimation
 from fire_atlas.pipeline.animation.render import RenderedFrame
-from fire_atlas.pipeline.fit.fit import Search
+from fire_atlas.pipeline.fit.fit import FitSearch
 from fire_atlas.pipeline.fit.frames import DAY, at_heights, squared_errors
 from fire_atlas.pipeline.fit.selection import holds, selections
-from fire_atlas.recipe.fit import Fit
+from fire_atlas.recipe.fit import READY_BUDGETS, Fit
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.output import Atlas
 from tests.support.repo import Repo, pages
@@ -122,9 +122,9 @@ def test_clients_that_know_no_durations_get_frames_that_last_equally_long(
     repo.built(repo.recipe(**keys, fit={"cells": 5}))
     ((page, _),) = pages(repo.build, "fire")
     durations = {entry["duration"] for entry in page["frames"].values()}
-    assert len(page["frames"]) == 4 and len(durations) == 1
+    assert len(page["frames"]) == 5 and len(durations) == 1
     rate = manifest(repo)["fps"]
-    assert durations.pop() == pytest.approx(3000 / rate, abs=1e-3)
+    assert durations.pop() == pytest.approx(12 / 5 * 1000 / rate, abs=1e-3)
 
 
 def test_more_is_closer_and_the_curve_says_so(repo: Repo) -> None:
@@ -200,10 +200,10 @@ def test_of_each_number_of_frames_the_best_is_found(seed: int) -> None:
     assert all(each.error == pytest.approx(error(each.kept)) for each in found)
 
 
-def search_of(frames: Sequence[RenderedFrame], context: BuildContext, **atlas: Any) -> Search:
+def search_of(frames: Sequence[RenderedFrame], context: BuildContext, **atlas: Any) -> FitSearch:
     animations = {"fire": FinishedAnimation(list(frames), 24, True)}
     keys: Mapping[str, Any] = {"source": {"path": "clip"}, "atlas": atlas, "fit": {"memory": 1}}
-    return Search(animations, Recipe.model_validate(keys), Fit(memory=1), context)
+    return FitSearch(animations, Recipe.model_validate(keys), Fit(memory=1), context)
 
 
 def flames(count: int, height: int = 48) -> list[RenderedFrame]:
@@ -285,6 +285,7 @@ def test_it_is_never_worse_than_every_nth_frame_at_the_same_memory() -> None:
         ({"flakes": {"bake": False}}, "flakes.bake"),
         ({"source": {"kind": "sprites", "path": "clip"}}, "fit"),
         ({"fit": {}}, "fit"),
+        ({"fit": {"cells": [3]}, "atlas": {"layout": "grid"}}, "fit.cells"),
     ],
     ids=str,
 )
@@ -322,7 +323,8 @@ def test_inspect_and_the_preview_show_what_other_budgets_would_give(repo: Repo) 
     repo.built(recipe)
     found, atlas = manifest(repo)["fit"], repo.build / "fire.json"
     rows = repo.run("inspect", atlas, "--budget").out.splitlines()
-    chosen = f"{found['frames']} of 12 frames, {found['height']} of 80 px high"
+    whole = found["of"]["frames"]
+    chosen = f"{found['frames']} of {whole} frames, {found['height']} of 80 px high"
     assert chosen in rows[-1] and chosen in repo.run("inspect", atlas).out
     assert [row.split()[:4] for row in rows[1:-1]] == [
         [f"{point['budget'] / MIB:.4g}", "MiB", str(point["frames"]), str(point["height"])]
@@ -336,3 +338,27 @@ def test_inspect_and_the_preview_show_what_other_budgets_would_give(repo: Repo) 
         assert html.count('class="chosen"') == 1
     repo.built(repo.recipe("plain.yaml"))
     assert repo.run("inspect", repo.build / "plain.json", "--budget").out == "budget: none\n"
+
+
+@pytest.mark.parametrize(("count", "cells"), [(12, 4), (24, 16)])
+def test_roblox_gets_a_full_square_grid(count: int, cells: int, repo: Repo) -> None:
+    repo.clip(count=count)
+    repo.built(repo.recipe(fit="roblox", timeline={"loop": "none"}))
+    ((page, image),) = pages(repo.build, "fire")
+    side = round(cells**0.5)
+    assert image.shape[0] == image.shape[1] <= 1024
+    places = [(entry["frame"]["x"], entry["frame"]["y"]) for entry in page["frames"].values()]
+    cell = image.shape[0] // side
+    assert [(x // cell, y // cell) for x, y in places] == [
+        (x, y) for y in range(side) for x in range(side)
+    ]
+
+
+@pytest.mark.parametrize("name", ["unity-mobile", "vrchat", "web"])
+def test_a_ready_budget_is_the_block_that_it_stands_for(name: str, repo: Repo) -> None:
+    repo.clip(count=2)
+    budget, _ = READY_BUDGETS[name]
+    ran = repo.run("check", repo.recipe(fit=name), "--resolved")
+    assert f"memory: {budget['memory']:.1f}" in ran.out and f"max_size: {budget['page']}" in ran.out
+    other = repo.run("check", repo.recipe(fit=name, atlas={"max_size": 256}), "--resolved")
+    assert "max_size: 256" in other.out

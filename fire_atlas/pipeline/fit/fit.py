@@ -26,7 +26,7 @@ from fire_atlas.pipeline.pages.content import PageContent
 from fire_atlas.pipeline.pages.layout import placed, trim_margin
 from fire_atlas.recipe.fit import Fit
 from fire_atlas.recipe.models import Recipe
-from fire_atlas.recipe.output import Atlas, export_name
+from fire_atlas.recipe.output import Atlas, PageGrid, export_name
 
 _MIB = 1 << 20
 
@@ -50,7 +50,7 @@ _Sizes: TypeAlias = tuple[tuple[tuple[int, int], ...], ...]
 """Widths and heights of the frames of each animation, px."""
 
 
-class Trial(NamedTuple):
+class Offer(NamedTuple):
     """What a budget could be spent on.
 
     Attributes:
@@ -83,9 +83,9 @@ class _Level:
 
 def fit(
     contribution: Contribution, recipe: Recipe, budget: Fit, context: BuildContext
-) -> Contribution:
+) -> tuple[Contribution, Atlas]:
     """Return a recipe's animations with the frames and in the height that its budget is best spent
-    on; a note and the statistics say which.
+    on, and the settings of their pages; a note and the statistics say which.
 
     Raises:
         RecipeError: Nothing fits, or its animations differ in length.
@@ -93,18 +93,15 @@ def fit(
     limit = None if budget.memory is None else int(budget.memory * _MIB)
     limits = [None] if limit is None else [int(limit * share) for share in _CURVE]
     with context.timer.measure("fit"):
-        search = Search(contribution.animations, recipe, budget, context)
+        search = FitSearch(contribution.animations, recipe, budget, context)
         for _ in range(_ROUNDS):
             search.add_neighbours([search.best(other) for other in limits])
         best, curve = search.best(limit), [search.best(other) for other in limits]
         if best is None:
             raise RecipeError(search.why_nothing_fits(limit), key=("fit",))
     context.progress.note(search.sentence(best))
-    animations = {
-        name: _left(animation, best.kept)
-        for name, animation in search.levels[best.height].animations.items()
-    }
-    return replace(
+    animations = search.left(best.height, best.kept)
+    fitted = replace(
         contribution,
         animations=animations,
         statistics={
@@ -116,9 +113,10 @@ def fit(
             },
         },
     )
+    return fitted, search.atlas_for(best.kept)
 
 
-def _entry(trial: Trial) -> dict[str, Any]:
+def _entry(trial: Offer) -> dict[str, Any]:
     return {
         "frames": len(trial.kept),
         "height": trial.height,
@@ -128,7 +126,7 @@ def _entry(trial: Trial) -> dict[str, Any]:
 
 
 def _points(
-    limits: Sequence[int | None], curve: Sequence[Trial | None]
+    limits: Sequence[int | None], curve: Sequence[Offer | None]
 ) -> Iterator[dict[str, Any]]:
     for limit, trial in zip(limits, curve, strict=True):
         if trial is not None:
@@ -152,16 +150,20 @@ def _statistics(
     return {**whole, "animations": of_each}
 
 
-def _left(animation: FinishedAnimation, kept: tuple[int, ...]) -> FinishedAnimation:
-    """Return an animation of which only some frames are left, each shown until the next."""
+def _left(
+    animation: FinishedAnimation, kept: tuple[int, ...], *, is_even: bool
+) -> FinishedAnimation:
+    """Return an animation of which only some frames are left, each shown until the next, or all
+    equally long."""
     shown = holds(kept, len(animation.frames))
     frames = [animation.frames[i] for i in kept]
-    if len(set(shown)) == 1:
-        return replace(animation, frames=frames, fps=animation.fps / shown[0])
+    if is_even or len(set(shown)) == 1:
+        fps = animation.fps * len(kept) / len(animation.frames)
+        return replace(animation, frames=frames, fps=fps)
     return replace(animation, frames=frames, holds=shown)
 
 
-class Search:
+class FitSearch:
     """The trials of one fire.
 
     Attributes:
@@ -191,7 +193,10 @@ class Search:
                 key=("fit",),
             )
         self._recipe, self._context = recipe, context
-        self._most = max((budget.cells or self.count * len(animations)) // len(animations), 1)
+        cells = budget.cells or self.count * len(animations)
+        self._exact = None if isinstance(cells, int) else cells
+        most = cells if isinstance(cells, int) else max(cells)
+        self._most = max(most // len(animations), 1)
         self._is_pixel_art = any(animation.pixel_art for animation in animations.values())
         top = min(self.full_height, budget.shown or self.full_height)
         if self._is_pixel_art:
@@ -222,10 +227,14 @@ class Search:
         for number, height in enumerate(new):
             animations = {name: variants[number] for name, variants in smaller.items()}
             firsts = [_firsts_of_equal(_sprites(animation)) for animation in animations.values()]
-            choices = selections(errors[number], self._most, is_even=self._is_even)
+            choices = [
+                choice
+                for choice in selections(errors[number], self._most, is_even=self._is_even)
+                if self._exact is None or len(choice.kept) * len(animations) in self._exact
+            ]
             self.levels[height] = _Level(animations, firsts, choices)
 
-    def add_neighbours(self, trials: Sequence[Trial | None]) -> None:
+    def add_neighbours(self, trials: Sequence[Offer | None]) -> None:
         """Try the heights halfway between those of ``trials`` and the next ones tried so far."""
         heights, wanted = sorted(self.levels), list[int]()
         for trial in trials:
@@ -236,14 +245,14 @@ class Search:
         if set(wanted) - self.levels.keys():
             self.add(wanted)
 
-    def best(self, limit: int | None) -> Trial | None:
+    def best(self, limit: int | None) -> Offer | None:
         """Return the trial closest to the whole whose pages take at most ``limit`` bytes and are
         as the recipe allows; None if there is none.
 
         A smaller height is taken only where it has more frames as well: on average a blurred frame
         is closer to one that it stands for, but nobody wants that.
         """
-        found: tuple[Selection, Trial] | None = None
+        found: tuple[Selection, Offer] | None = None
         for height in sorted(self.levels, reverse=True):
             larger = found
             for choice in self.levels[height].choices:
@@ -254,7 +263,7 @@ class Search:
                         continue
                 memory = self._memory(height, choice.kept, limit)
                 if memory is not None:
-                    found = choice, Trial(height, choice.kept, memory, self._rms(choice.error))
+                    found = choice, Offer(height, choice.kept, memory, self._rms(choice.error))
                     break
         return None if found is None else found[1]
 
@@ -300,11 +309,25 @@ class Search:
             found.append(tuple(sorted(sizes) if is_sorted else sizes))
         return tuple(found)
 
+    def left(self, height: int, kept: tuple[int, ...]) -> dict[str, FinishedAnimation]:
+        """Return the animations at a height of which only some frames are left."""
+        return {
+            name: _left(animation, kept, is_even=self._is_even)
+            for name, animation in self.levels[height].animations.items()
+        }
+
+    def atlas_for(self, kept: tuple[int, ...]) -> Atlas:
+        """Return the settings of pages for a choice: with the cells of a square grid, if the budget
+        states exact numbers of cells."""
+        atlas, side = self._recipe.atlas, math.isqrt(len(kept) * len(self._whole))
+        if self._exact is None or atlas.layout != "grid":
+            return atlas
+        return atlas.model_copy(update={"grid": PageGrid(columns=side, rows=side)})
+
     def pack(self, height: int, kept: tuple[int, ...], atlas: Atlas | None = None) -> int | None:
         """Return the bytes of the pages on which a choice is packed, with the recipe's settings or
         others; None if there are too many, or a frame is too large for one."""
-        level, atlas = self.levels[height], atlas or self._recipe.atlas
-        animations = {name: _left(each, kept) for name, each in level.animations.items()}
+        animations, atlas = self.left(height, kept), atlas or self.atlas_for(kept)
         recipe = self._recipe.model_copy(update={"atlas": atlas})
         try:
             sheet = placed(recipe, PageContent(animations, {}))[0]
@@ -316,7 +339,7 @@ class Search:
             sheet = replace(sheet, heat=Heat(atlas.pixels, "", ()))
         return largest_memory(with_textures(sheet, atlas))
 
-    def sentence(self, trial: Trial) -> str:
+    def sentence(self, trial: Offer) -> str:
         """Return what was chosen."""
         return (
             f"fit: {len(trial.kept)} of {self.count} frames, {trial.height} of "
@@ -327,7 +350,13 @@ class Search:
     def why_nothing_fits(self, limit: int | None) -> str:
         """Return which of the recipe's statements stand in the way, or what the least would be."""
         height, atlas = min(self.levels), self._recipe.atlas
-        smallest = min(self.levels[height].choices, key=lambda choice: len(choice.kept)).kept
+        choices = self.levels[height].choices
+        if not choices:
+            return (
+                f"nothing fits: of {self.count} frames in each of {len(self._whole)} animations, "
+                f"none of fit.cells can be kept; ask for fewer"
+            )
+        smallest = min(choices, key=lambda choice: len(choice.kept)).kept
         in_the_way = list[str]()
         for key in sorted(atlas.model_fields_set - {"max_size", "max_pages", "pixels", "alpha"}):
             default = Atlas.model_fields[key].default

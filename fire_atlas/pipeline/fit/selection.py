@@ -26,9 +26,9 @@ class Selection(NamedTuple):
 def selections(errors: NDArray[np.float64], most: int, *, is_even: bool) -> list[Selection]:
     """Return choices of frames to keep, the one with the smallest error first.
 
-    Of few frames these are all choices, or, if all must be shown equally long (``is_even``), every
-    n-th frame. Otherwise they are, for each number of frames, the best choice of all, found by
-    dynamic programming, and every n-th frame.
+    Of few frames these are all choices. Otherwise they are, for each number of frames, the best
+    choice of all, found by dynamic programming, and every n-th frame. If all must be shown equally
+    long (``is_even``), they are as many frames, evenly spread.
 
     Args:
         errors: (i, j): the error where frame j is shown in place of frame i.
@@ -39,11 +39,10 @@ def selections(errors: NDArray[np.float64], most: int, *, is_even: bool) -> list
     sums = np.cumsum(np.vstack([np.zeros(count), errors]), axis=0)
     # (j, end): the error of the frames from j up to, not including, ``end``, shown as frame j.
     spans = (sums - sums[np.arange(count), np.arange(count)]).T
-    found = {
-        tuple(range(0, count, step))
-        for step in range(1, count + 1)
-        if not (is_even and count % step)
-    }
+    if is_even:
+        found = {evenly_spread(number, count) for number in range(1, count + 1)}
+    else:
+        found = {tuple(range(0, count, step)) for step in range(1, count + 1)}
     if not is_even and count <= _ALL_TRIED:
         found |= {
             (0, *others)
@@ -74,6 +73,12 @@ def _best_of_each_number(spans: NDArray[np.float64], most: int) -> Iterator[tupl
         through = best[:count, None] + allowed
         before.append(np.argmin(through, axis=0))
         best = through.min(axis=0)
+
+
+def evenly_spread(number: int, count: int) -> tuple[int, ...]:
+    """Return so many of ``count`` frames: of those shown in each equal share of the time, the first
+    that begins in it."""
+    return tuple(-(-i * count // number) for i in range(number))
 
 
 def holds(kept: tuple[int, ...], count: int) -> tuple[int, ...]:
