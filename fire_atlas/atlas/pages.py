@@ -143,10 +143,10 @@ def _listed(name: str, animations: Sequence[AnimationFrames]) -> tuple[Animation
 def _with_frame_names(animation: AnimationFrames, prefix: str) -> Animation:
     if animation.named:
         own = tuple(sprite.name for sprite in animation.named)
-        return Animation(animation.name, own, animation.loop)
+        return Animation(animation.name, own, animation.loop, animation.variant)
     digits = max(4, len(str(len(animation.sprites) - 1)))
     names = (f"{prefix}/{i:0{digits}}" for i in range(len(animation.sprites)))
-    return Animation(animation.name, tuple(names), animation.loop)
+    return Animation(animation.name, tuple(names), animation.loop, animation.variant)
 
 
 def _trim_of(settings: Atlas) -> Trim:

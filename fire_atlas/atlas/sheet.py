@@ -79,6 +79,7 @@ class AnimationFrames:
         named: Of the user's sprites, what each frame has of its own; empty for other frames.
         margin: Empty px kept around its trimmed frames.
         holds: How many of these durations each frame is shown for; empty: one.
+        variant: Number of the variant of its fire that it is of; None if that has one only.
     """
 
     name: str
@@ -90,6 +91,7 @@ class AnimationFrames:
     named: tuple[NamedSprite, ...] = ()
     margin: int = 0
     holds: tuple[int, ...] = ()
+    variant: int | None = None
 
     def duration_of(self, i: int) -> float:
         """Return the duration of frame ``i``, ms."""
@@ -208,11 +210,34 @@ def common_canvas(frames: Sequence[Region]) -> tuple[tuple[int, int], list[tuple
 
 @dataclass(frozen=True, slots=True)
 class Animation:
-    """An animation: its name, the names of its frames in playing order, and whether it loops."""
+    """An animation: its name, the names of its frames in playing order, and whether it loops.
+
+    Attributes:
+        variant: Number of the variant of its fire that it is of; None if that has one only.
+    """
 
     name: str
     frames: tuple[str, ...]
     loop: bool
+    variant: int | None = None
+
+    @property
+    def stem(self) -> str:
+        """What begins the names of all animations of its variant; empty if there is one only."""
+        return "" if self.variant is None else stem_of_variant(self.name, self.variant)
+
+
+def variant_title(variant: int, name: str = "") -> str:
+    """Return the name of an animation of a variant, called ``name`` within that; without one, of
+    the only animation of it."""
+    return f"v{variant}/{name}" if name else f"v{variant}"
+
+
+def stem_of_variant(name: str, variant: int) -> str:
+    """Return an animation's name up to the word for its variant: ``torch/v1`` of
+    ``torch/v1/view_0``."""
+    words = name.split("/")
+    return "/".join(words[: words.index(variant_title(variant)) + 1])
 
 
 Phase = Literal["ignite", "burn", "extinguish"]
@@ -229,12 +254,14 @@ class State:
         following: Name of the animation that what plays once leads to; None for a loop, and for
             what ends with a fire that is out.
         phase: The phase that it shows, of a fire that is lit and put out; None otherwise.
+        variant: Number of the variant of the fire; None if that has one only.
     """
 
     animation: str
     wind: float | None = None
     following: str | None = None
     phase: Phase | None = None
+    variant: int | None = None
 
     @property
     def is_loop(self) -> bool:
@@ -265,8 +292,9 @@ class StateGraph:
 
     Attributes:
         states: The loops by increasing wind, then the transitions between them; or the loop of a
-            fire that is lit and put out, then how it is lit, and how it is put out.
-        transitions: All steps between them.
+            fire that is lit and put out, then how it is lit, and how it is put out. Of several
+            variants, one after the other.
+        transitions: All steps between them. None leads from one variant to another.
     """
 
     states: tuple[State, ...]
@@ -275,7 +303,8 @@ class StateGraph:
     @property
     def winds(self) -> tuple[float, ...]:
         """The winds of its loops, increasing; none of a fire in one wind."""
-        return tuple(state.wind for state in self.states if state.wind is not None)
+        winds = (state.wind for state in self.states if state.wind is not None)
+        return tuple(dict.fromkeys(winds))
 
     @property
     def first_loop(self) -> str:
@@ -285,6 +314,46 @@ class StateGraph:
     def of_phase(self, phase: Phase) -> tuple[str, ...]:
         """Return the names of the animations that show a phase, first the main one."""
         return tuple(state.animation for state in self.states if state.phase == phase)
+
+    def of_each_variant(self) -> tuple[Self, ...]:
+        """Return the graph of each variant: of a fire that has one only, all of it."""
+        numbers = dict.fromkeys(state.variant for state in self.states)
+        return tuple(self._of_variant(number) for number in numbers)
+
+    def _of_variant(self, variant: int | None) -> Self:
+        states = tuple(state for state in self.states if state.variant == variant)
+        own = {state.animation for state in states}
+        steps = tuple(step for step in self.transitions if step.before in own)
+        return replace(self, states=states, transitions=steps)
+
+    def as_variant(self, number: int) -> Self:
+        """Return the graph as that of a variant, with the names of its animations."""
+
+        def title(name: str) -> str:
+            return variant_title(number, name)
+
+        states = tuple(
+            replace(
+                state,
+                animation=title(state.animation),
+                following=state.following and title(state.following),
+                variant=number,
+            )
+            for state in self.states
+        )
+        steps = tuple(
+            replace(step, before=title(step.before), after=title(step.after))
+            for step in self.transitions
+        )
+        return replace(self, states=states, transitions=steps)
+
+    @classmethod
+    def joined(cls, graphs: Sequence[Self]) -> Self:
+        """Return the graph of several variants."""
+        return cls(
+            tuple(state for graph in graphs for state in graph.states),
+            tuple(step for graph in graphs for step in graph.transitions),
+        )
 
 
 @dataclass(frozen=True, slots=True)

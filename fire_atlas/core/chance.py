@@ -38,6 +38,7 @@ class RandomStream(IntEnum):
     FINE_DETAIL = 29
     PHASES = 30
     ELSEWHERE = 31
+    VARIANTS = 32
 
 
 def generator(seed: int, stream: RandomStream, index: int = 0) -> np.random.Generator:

@@ -36,7 +36,7 @@ class _Emission(Maker):
         workers: Workers,
     ) -> NDArray[Any]:
         # Premultiplied, so that filters need no colour beyond the edge.
-        return draw_page(sheet, page, content, replace(edges, bleed=0), np.float16)
+        return draw_page(sheet, page, content, replace(edges, bleed=0), np.float16, workers)
 
     def entry(self, stated: SheetMap, sheet: AtlasSheet) -> dict[str, Any]:
         return _ENTRY

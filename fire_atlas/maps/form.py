@@ -65,7 +65,7 @@ class _Form(Maker):
         may change colours that are transparent.
         """
         unbled = Edges(edges.extrude, 0, edges.margin)
-        drawn = as_plane(draw_page(sheet, page, content, unbled, np.float16))
+        drawn = as_plane(draw_page(sheet, page, content, unbled, np.float16, workers))
         image = np.full(drawn.shape, 255, np.uint8)
         if kind.name == "normals":
             image[..., :3] = _normal_bytes(drawn[..., :3])

@@ -91,7 +91,7 @@ def build(
             with located(part.tree, source_key(part)):
                 with timer.measure("study"):
                     opened = open_input(part, context)
-                contributions.append(contribute(part.recipe, opened, cells, ramps, context))
+                contributions.append(contribute(part, opened, cells, ramps, context))
             files += input_files(opened, part)
         packed: LoadedRecipe = loaded
         if recipe.budget is not None:

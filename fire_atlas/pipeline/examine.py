@@ -99,6 +99,10 @@ def _examine_part(
                 raise RecipeError(NEEDS_LOOP, key=("phases",))
         if isinstance(recipe.source, FramesSource) and found.exact:
             check_timeline(recipe.timeline, found.count, found.fps)
+            if recipe.variants > 1:
+                from fire_atlas.timeline.variants import check_variants
+
+                check_variants(found.count, found.fps, recipe.variants)
     return found.notes, []
 
 

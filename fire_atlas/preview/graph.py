@@ -48,14 +48,18 @@ def in_playing_order(atlas: AtlasFile) -> AtlasFile:
     regions = {region.name: region for region in atlas.frames}
     phases: tuple[Phase, ...] = "ignite", "burn", "extinguish"
     played = [
-        animations[name] for phase in phases for name in atlas.sheet.states.of_phase(phase)[:1]
+        animations[name]
+        for graph in atlas.sheet.states.of_each_variant()
+        for phase in phases
+        for name in graph.of_phase(phase)[:1]
     ]
     shown = tuple(regions[name] for animation in played for name in animation.frames)
     return replace(atlas, sheet=replace(atlas.sheet, animations=tuple(played), regions=shown))
 
 
-def graph_data(sheet: AtlasSheet) -> dict[str, Any] | None:
-    """Return the graph of states as ``passing.js`` follows it; None for a fire without one.
+def graph_data(sheet: AtlasSheet) -> list[dict[str, Any]]:
+    """Return the graph of states of each variant as ``passing.js`` follows it; none for a fire
+    without one.
 
     An animation is its number; ``OUT`` comes after those of the sheet.
 
@@ -66,20 +70,23 @@ def graph_data(sheet: AtlasSheet) -> dict[str, Any] | None:
     - ``out``: the animation at whose end such a fire is out.
     - ``transitions``: after ``frame`` of ``from``, or after any, comes frame ``entry`` of ``to``.
     """
-    if sheet.states is None:
-        return None
+    graphs = () if sheet.states is None else sheet.states.of_each_variant()
+    return [_graph_data(graph, sheet) for graph in graphs]
+
+
+def _graph_data(graph: StateGraph, sheet: AtlasSheet) -> dict[str, Any]:
     lengths = {animation.name: len(animation.frames) for animation in sheet.animations}
-    ends = {state.animation: state.following or state.animation for state in sheet.states.states}
-    phases: dict[str, str | None] = {each.animation: each.phase for each in sheet.states.states}
-    places = [state.animation for state in sheet.states.states if state.is_loop]
+    ends = {state.animation: state.following or state.animation for state in graph.states}
+    phases: dict[str, str | None] = {each.animation: each.phase for each in graph.states}
+    places = [state.animation for state in graph.states if state.is_loop]
     steps: list[Step] = [
-        (step.before, step.frame, step.after, step.entry) for step in sheet.states.transitions
+        (step.before, step.frame, step.after, step.entry) for step in graph.transitions
     ]
     if vanishes(sheet):
         lengths[OUT], ends[OUT], phases[OUT] = 1, OUT, OUT
         steps.append((places[0], None, OUT, 0))
     if has_phases(sheet):
-        out, first = _ends_of(sheet.states)
+        out, first = _ends_of(graph)
         steps.append((out, lengths[out] - 1, first, 0))
         places.insert(0, out)
     number = {name: i for i, name in enumerate(lengths)}
@@ -87,7 +94,7 @@ def graph_data(sheet: AtlasSheet) -> dict[str, Any] | None:
         "places": [number[name] for name in places],
         "leads": [places.index(ends[name]) if name in ends else None for name in lengths],
         "levels": levels_of(sheet),
-        "phases": [phases[name] for name in lengths] if has_phases(sheet) else None,
+        "phases": [phases.get(name) for name in lengths] if has_phases(sheet) else None,
         "out": number[places[0]] if has_phases(sheet) else None,
         "transitions": [
             {"from": number[before], "frame": frame, "to": number[after], "entry": entry}

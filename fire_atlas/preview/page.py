@@ -43,7 +43,7 @@ from fire_atlas.preview.more import More, more_than
 from fire_atlas.preview.pictures import Color
 from fire_atlas.preview.pixel_art import is_pixel_art
 from fire_atlas.preview.ramp_pictures import ramp_pictures
-from fire_atlas.preview.views import choices_of, fires_in_views
+from fire_atlas.preview.views import choices_of, fires_together, kind_of
 
 _SCRIPTS = (
     "film.js", "program.js", "scene.js", "flake_painter.js", "painter.js", "marks.js",
@@ -79,7 +79,7 @@ _KEYBOARD = {
     "slower, faster": ("[", "]"),
     "between frames: hold, blend, vectors": ("m",),
     "layers: composed, flame, flakes": ("l",),
-    "all views, one": ("v",),
+    "all views or variants, one": ("v",),
     "next background": ("b",),
     "flakes: off, marks, light": ("f",),
     "analysis: off, features ...": ("a",),
@@ -129,21 +129,24 @@ def preview_page(
     first = srgb_to_hex(background)
     loops = figures_of_loops(atlas)
     ramps, has_heat = ramp_pictures(atlas), atlas.sheet.heat is not None
-    views, names = fires_in_views(atlas.sheet), [each.name for each in atlas.sheet.animations]
-    lamps, choices = lamps_of(atlas), choices_of(atlas.sheet, views)
+    fires, names = fires_together(atlas.sheet), [each.name for each in atlas.sheet.animations]
+    lamps, choices = lamps_of(atlas), choices_of(atlas.sheet, fires)
+    kinds = [kind_of(animation) for animation in atlas.sheet.animations]
     if vanishes(atlas.sheet):
         choices[str(len(names))] = OUT
         lamps.append(dark(lamps[0]))
         names.append(OUT)
+        kinds.append("")
     of_animations = [
         {
             "field": field.of(name),
             "light": lamp,
-            "views": next((fire for fire in views if number in fire), None),
+            "together": next((fire for fire in fires if number in fire), None),
+            "kind": kind,
         }
-        for number, (name, lamp) in enumerate(zip(names, lamps, strict=True))
+        for number, (name, lamp, kind) in enumerate(zip(names, lamps, kinds, strict=True))
     ]
-    more = _more(atlas, tracks, views, field)
+    more = _more(atlas, tracks, fires, field)
     has_hard_pixels = is_pixel_art(atlas)
     atlas, files = colour_pages(atlas)
     motion, sheets = atlas.sheet.motion, _sheets(atlas, files)
@@ -206,16 +209,16 @@ def _played(atlas: AtlasFile) -> list[tuple[Animation, list[Region]]]:
 
 
 def _more(
-    atlas: AtlasFile, tracks: Mapping[str, Tracks], views: Sequence[object], field: FieldData
+    atlas: AtlasFile, tracks: Mapping[str, Tracks], fires: Sequence[object], field: FieldData
 ) -> list[More]:
     """Return what the page would show of another recipe."""
     sheet = atlas.sheet
     had = {
         "tracks": bool(tracks),
         "light": has_light_tracks(atlas),
-        "ramps": bool(sheet.heat or sheet.states or len(views or sheet.animations) > 1),
-        "views": bool(views or sheet.states),
-        "wind": bool(sheet.states or views),
+        "ramps": bool(sheet.heat or sheet.states or len(fires or sheet.animations) > 1),
+        "views": bool(fires or sheet.states),
+        "wind": bool(sheet.states or fires),
         "phases": not sheet.animations[0].loop or len(sheet.animations) > 1,
         "field": bool(field.marks),
     }
@@ -236,7 +239,7 @@ def _data(
         "scale": atlas.sheet.scale,
         "hasCells": atlas.sheet.grid is not None,
         "motion": motion and _vectors(motion),
-        "states": graph_data(atlas.sheet),
+        "graphs": graph_data(atlas.sheet),
         "sheets": list(sheets),
         "pages": [
             {
@@ -268,6 +271,7 @@ def _animation_data(
     return {
         "name": animation.name,
         "loop": animation.loop,
+        "variant": animation.variant,
         "size": size,
         "frames": [
             {

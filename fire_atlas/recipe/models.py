@@ -34,6 +34,9 @@ from fire_atlas.recipe.timeline import Timeline
 from fire_atlas.recipe.tree import MAX_NAME, NAME_PATTERN
 from fire_atlas.recipe.wind import MIN_LOOP_IN_WIND, Wind
 
+MAX_VARIANTS = 16
+"""Largest number of fires of one recipe."""
+
 _NEED_STRAIGHT = {"bleed", "members"}
 """Keys of ``atlas`` with which pages stay straight by default: single sprites of members are shown
 without a material."""
@@ -60,6 +63,10 @@ class Recipe(Settings):
     wind on them is refused where it has nothing to carry."""
     phases: PhasesOrNone = "none"
     """How the fire is lit and put out, or ``none``: it burns for ever."""
+    variants: int = Field(default=1, ge=1, le=MAX_VARIANTS)
+    """Number of fires of this recipe on shared pages, for scenes with several: animations ``v0``,
+    ``v1``, ... Generated fire and flakes have a seed of their own in each, a clip is cut into so
+    many loops. No two ever show the same drawing, or its mirror image."""
     features: Features = Features()
     """Which edges of the flame can shed sparks (eq. 1-3)."""
     buoyancy: Buoyancy = Buoyancy()
@@ -188,6 +195,8 @@ class Recipe(Settings):
             yield from _against_phases(self)
         if self.budget is not None:
             yield from _against_fit(self, self.budget)
+        if self.variants > 1:
+            yield from _against_variants(self)
         if isinstance(self.source, FramesSource) and self.views != Views():
             yield Problem(
                 ("views",),
@@ -478,6 +487,12 @@ def _against_fit(recipe: Recipe, fit: Fit) -> Iterator[Problem]:
             "leaves out frames, by whose numbers a game lights the fire and puts it out; remove "
             "it, or phases",
         )
+    if recipe.variants > 1:
+        yield Problem(
+            ("fit",),
+            "leaves out the same frames of all animations, but variants are fires of their own; "
+            "remove it, or variants",
+        )
     for name, value in recipe.maps:
         if value not in (False, "none"):
             yield Problem(
@@ -528,6 +543,22 @@ def _against_fit(recipe: Recipe, fit: Fit) -> Iterator[Problem]:
         )
 
 
+def _against_variants(recipe: Recipe) -> Iterator[Problem]:
+    """Yield what cannot be combined with ``variants``."""
+    variants = ("variants",)
+    if recipe.source is None:
+        yield Problem(
+            variants,
+            "are of a recipe's own fire, and this one only packs members; give variants to these",
+        )
+    if isinstance(recipe.source, FramesSource) and recipe.timeline.loop == "none":
+        yield Problem(
+            variants,
+            "of a clip are loops that are cut from it, but loop: none of the timeline plays it "
+            "once; remove one of them",
+        )
+
+
 def _against_tiles(views: Views) -> Iterator[Problem]:
     """Yield the views in which a tile would have a seam."""
     if views.count > 1:
@@ -565,6 +596,8 @@ def _fire_only_keys(recipe: Recipe) -> Iterator[Problem]:
             yield Problem((key,), "is of fire, but sprites are only packed; remove it")
     if recipe.phases != "none":
         yield Problem(("phases",), "are of fire, but sprites are only packed; remove it")
+    if recipe.variants > 1:
+        yield Problem(("variants",), "are of fire, but sprites are only packed; remove it")
     for key in ("views", "wind", "features", "buoyancy", "composite"):
         if getattr(recipe, key) != type(getattr(recipe, key))():
             yield Problem((key,), "is of fire, but sprites are only packed; remove it")

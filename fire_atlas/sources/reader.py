@@ -36,7 +36,7 @@ class OpeningContext:
         workers: Pool that crops and reduces the frames of videos, and looks for flame.
         page: The page that the frames should fit; None if they are not packed themselves.
         max_pixels: Limit on the pixels of a picture.
-        progress: Counts the frames of a fire that is simulated.
+        progress: Counts frames of a video that are decoded, and of a fire that is simulated.
     """
 
     blend_space: str

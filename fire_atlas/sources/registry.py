@@ -34,7 +34,7 @@ def open_source(
         loaded: The recipe.
         workers: Pool that measures the frames of a clip to learn from.
         max_pixels: Limit on the pixels of a picture.
-        progress: Counts the frames of a fire that is simulated.
+        progress: Counts frames of a video that are decoded, and of a fire that is simulated.
 
     Returns:
         Clips by the name of their animation: one with the recipe's name, or one for each of its
@@ -49,6 +49,8 @@ def open_source(
 
     recipe, files = loaded.recipe, loaded.source_files
     source, context = _source(recipe), _context(recipe, workers, max_pixels)
+    if progress is not None:
+        context = replace(context, progress=progress)
     match source:
         case FramesSource():
             from fire_atlas.sources.frames import open_frames
@@ -69,8 +71,7 @@ def open_source(
         case FluidSource():
             from fire_atlas.sources.fluid import open_fluid
 
-            shown = context if progress is None else replace(context, progress=progress)
-            clips = open_fluid(source, GenerationSettings.of(recipe), shown)
+            clips = open_fluid(source, GenerationSettings.of(recipe), context)
         case _:
             assert_never(source)
     names = [f"view_{k}" for k in range(len(clips))] if len(clips) > 1 else [recipe.name]

@@ -162,9 +162,11 @@ def _keep(video: _Video, scan: VideoScan, plan: _Plan) -> tuple[FrameStore, Vide
 
     frames = _frames(video, scan, plan.kept, seen)
     pictures = video.context.workers.map(kept, frames, _ahead(video, scan))
+    video.context.progress.stage("decode", len(plan.kept))
     # A decoder that contradicts the packets may have fewer frames than are to be kept.
     for picture, i in zip(pictures, sorted(plan.kept), strict=False):
         store.add(i, picture)
+        video.context.progress.advance()
     return store, _corrected(scan, seen)
 
 
@@ -177,8 +179,10 @@ def _find_flame(video: _Video, scan: VideoScan) -> tuple[VideoScan, FlameExtent]
         return small_copy(scan.look.picture(decoded.frame))
 
     frames = _frames(video, scan, None, seen)
+    video.context.progress.stage("look for the flame", scan.count)
     for i, copy in enumerate(video.context.workers.map(small, frames, _ahead(video, scan))):
         extent.add(i, copy)
+        video.context.progress.advance()
     return _corrected(scan, seen), extent
 
 

@@ -377,6 +377,11 @@ def _why_one_shot(samples: ClipSamples) -> str | None:
     return f"the fire {does} ({least:.0f} % of its brightest light)"
 
 
+def why_one_shot(clip: Clip, workers: Workers) -> str | None:
+    """Return, as a clause, why a clip is meant to play once; None if it may loop."""
+    return None if clip.loop else _why_one_shot(ClipSamples.of(clip, workers))
+
+
 def _light(samples: ClipSamples) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the light of each sampled frame: all of it, and that of the fire alone.
 

@@ -45,6 +45,21 @@ const FireParts := preload("fire_parts.gd")
 	set(times):
 		speed_scale = times
 		_apply()
+## Whether a loop begins at a moment of its own, so that several in a scene do not flicker in step.
+## What plays once begins at its beginning.
+@export var random_start: bool = true
+## How far a loop's speed may be from [member speed_scale]: at 0.1 up to a tenth slower or faster.
+@export_range(0.0, 0.9, 0.01) var speed_spread: float = 0.1:
+	set(part):
+		speed_spread = part
+		_apply()
+## Whether every other fire, at random, is its mirror image: in wind it leans the other way.
+@export var random_mirror: bool = false
+## Which variant is shown, the first is 0; -1: the next one for each fire that is placed.
+@export_range(-1, 15) var variant: int = -1:
+	set(number):
+		variant = number
+		_show_fire()
 ## The wind, in levels of the recipe's [code]wind.levels[/code]: the fire passes to the nearest one.
 @export var wind: float = 0.0:
 	set(level):
@@ -101,6 +116,12 @@ const FireParts := preload("fire_parts.gd")
 var _parts: FireParts
 # The ramp that the build wrote.
 var _own_ramp: Texture2D
+# How fast a loop plays: -1 is the slowest that `speed_spread` allows, 1 the fastest.
+var _off_pace: float = randf_range(-1.0, 1.0)
+
+
+func _ready() -> void:
+	_begin_apart()
 
 
 ## Plays an animation from its first frame; without a name, the one that is shown.
@@ -139,6 +160,8 @@ func _validate_property(property: Dictionary) -> void:
 	var has_heat: bool = _parts != null and _parts.heat != null
 	if property["name"] in ["ramp", "ramp_row", "erosion"] and not has_heat:
 		property["usage"] &= ~PROPERTY_USAGE_EDITOR
+	if property["name"] == "variant" and (_parts == null or _parts.variants.is_empty()):
+		property["usage"] &= ~PROPERTY_USAGE_EDITOR
 	if property["name"] in ["wind", "burning"]:
 		if _parts == null or not property["name"] in _parts.sprite:
 			property["usage"] &= ~PROPERTY_USAGE_EDITOR
@@ -161,11 +184,21 @@ func _show_fire() -> void:
 		# Another fire may have other animations: then it shows its own first one.
 		if _parts.sprite.sprite_frames.has_animation(title):
 			_parts.choose(title)
+		_parts.show_variant(FireParts.chosen_variant(variant))
 		_play_or_pause()
 		_apply()
 		add_child(_parts.root, false, Node.INTERNAL_MODE_FRONT)
+		_begin_apart()
 	notify_property_list_changed()
 	update_configuration_warnings()
+
+
+# Begins a loop at a moment of its own, and mirrors the fire or does not.
+func _begin_apart() -> void:
+	if _parts != null and is_node_ready() and random_mirror and randi() % 2 == 1:
+		_parts.root.scale.x = -_parts.root.scale.x
+	if _parts != null and is_node_ready() and random_start:
+		seek(FireParts.any_moment(_parts.sprite.sprite_frames, _parts.sprite.animation))
 
 
 func _play_or_pause() -> void:
@@ -180,7 +213,8 @@ func _play_or_pause() -> void:
 func _apply() -> void:
 	if _parts == null:
 		return
-	_parts.sprite.speed_scale = speed_scale
+	var loops: bool = _parts.sprite.sprite_frames.get_animation_loop(_parts.sprite.animation)
+	_parts.sprite.speed_scale = speed_scale * (1.0 + (speed_spread * _off_pace if loops else 0.0))
 	_parts.sprite.set("wind", wind)
 	_parts.sprite.set("burning", burning)
 	if _parts.heat != null:

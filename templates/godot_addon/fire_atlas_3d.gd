@@ -54,6 +54,19 @@ const MIN_COSINE: float = 0.2
 	set(times):
 		speed_scale = times
 		_apply()
+## Whether a loop begins at a moment of its own, so that several in a scene do not flicker in step.
+## What plays once begins at its beginning.
+@export var random_start: bool = true
+## How far a loop's speed may be from [member speed_scale]: at 0.1 up to a tenth slower or faster.
+@export_range(0.0, 0.9, 0.01) var speed_spread: float = 0.1:
+	set(part):
+		speed_spread = part
+		_apply()
+## Which variant is shown, the first is 0; -1: the next one for each fire that is placed.
+@export_range(-1, 15) var variant: int = -1:
+	set(number):
+		variant = number
+		_show_fire()
 ## Whether a fire with the recipe's [code]phases[/code] is to burn; without it from the start, the
 ## fire is out.
 @export var burning: bool = true:
@@ -125,8 +138,13 @@ var _has_smoke: bool = false
 # What is known of the views of fires with depth, by animation; and those of the shown fire.
 var _views: Dictionary = {}
 var _shown: Array[StringName] = []
+# What is known of the scene's variants, and which is shown.
+var _parts: FireParts
+var _number: int = 0
 # Rounds of the loop that have passed: sparks repeat after several.
 var _round: int = 0
+# How fast a loop plays: -1 is the slowest that `speed_spread` allows, 1 the fastest.
+var _off_pace: float = randf_range(-1.0, 1.0)
 
 
 func _ready() -> void:
@@ -183,6 +201,8 @@ func _validate_property(property: Dictionary) -> void:
 	if property["name"] == "animation" and _sprite != null:
 		property["hint"] = PROPERTY_HINT_ENUM
 		property["hint_string"] = ",".join(_fires())
+	if property["name"] == "variant" and (_parts == null or _parts.variants.is_empty()):
+		property["usage"] &= ~PROPERTY_USAGE_EDITOR
 	if property["name"] == "burning" and _leader == null:
 		property["usage"] &= ~PROPERTY_USAGE_EDITOR
 
@@ -216,13 +236,23 @@ func _show_fire() -> void:
 			_add(parts)
 		if _leader == null:
 			parts.root.free()
+		_begin_apart()
 	notify_property_list_changed()
 	update_configuration_warnings()
+
+
+# Begins a loop at a moment of its own.
+func _begin_apart() -> void:
+	if _sprite != null and random_start:
+		seek(FireParts.any_moment(_sprite.sprite_frames, _sprite.animation))
 
 
 # Adds what is shown of the parts of a scene in two dimensions.
 func _add(parts: FireParts) -> void:
 	_views = parts.root.get_meta("views", {})
+	_parts = parts
+	_number = FireParts.chosen_variant(variant)
+	_parts.show_variant(_number)
 	_corner = parts.sprite.offset
 	_is_baked = parts.is_baked
 	_is_straight = parts.is_straight
@@ -340,6 +370,7 @@ func _choose() -> void:
 		return
 	var names: PackedStringArray = _fires()
 	var chosen: String = animation if animation in names else names[0]
+	chosen = _parts.of_variant(chosen, _number)
 	_shown = []
 	for title in _sprite.sprite_frames.get_animation_names():
 		if (_views[title]["fire"] if title in _views else title) == chosen:
@@ -461,7 +492,8 @@ func _apply() -> void:
 	if _leader != null:
 		_leader.set("burning", burning)
 		_sprite.visible = _leader.visible
-	_player().set("speed_scale", speed_scale)
+	var loops: bool = _sprite.sprite_frames.get_animation_loop(_sprite.animation)
+	_player().set("speed_scale", speed_scale * (1.0 + (speed_spread * _off_pace if loops else 0.0)))
 	_sprite.modulate = modulate
 	if _sparks != null:
 		_sparks.visible = sparks_shown and not _is_baked and _sprite.visible

@@ -2,6 +2,9 @@
 extends RefCounted
 # The parts of a scene that fire-atlas built, as the nodes of this add-on use them.
 
+# The variant of the next fire that is placed.
+static var _next_variant: int = randi() % 16
+
 # The scene, which belongs to whoever asked for its parts.
 var root: Node
 # Plays the flame.
@@ -21,6 +24,8 @@ var has_smoke: bool = false
 var is_straight: bool = false
 # Whether the pages show the sparks, so that nothing else may.
 var is_baked: bool = false
+# What begins the names of the animations of each variant; empty if there is one only.
+var variants: PackedStringArray = []
 
 
 # Returns the parts of a new instance of a scene; null if fire-atlas did not build it.
@@ -46,6 +51,38 @@ static func warnings(scene: PackedScene, is_fire: bool, hides_baked: bool) -> Pa
 	return []
 
 
+# Returns a stated variant; for -1 the next one.
+static func chosen_variant(stated: int) -> int:
+	if stated >= 0:
+		return stated
+	_next_variant += 1
+	return _next_variant - 1
+
+
+# Shows a variant: its animation in place of that of another one.
+func show_variant(number: int) -> void:
+	sprite.set("variant", number)
+	if sprite.sprite_frames.has_animation(of_variant(sprite.animation, number)):
+		sprite.animation = of_variant(sprite.animation, number)
+
+
+# Returns the animation of a variant for one of any variant of the same fire.
+func of_variant(title: String, number: int) -> String:
+	for stem in variants:
+		if title == stem or title.begins_with(stem + "_"):
+			var fire: String = stem.rstrip("0123456789")
+			var count: int = 0
+			for other in variants:
+				count += int(other.rstrip("0123456789") == fire)
+			return fire + str(number % count) + title.substr(stem.length())
+	return title
+
+
+# Returns a moment to begin at, in frames: any of a loop, the first of what plays once.
+static func any_moment(frames: SpriteFrames, title: StringName) -> float:
+	return randf() * frames.get_frame_count(title) if frames.get_animation_loop(title) else 0.0
+
+
 # Takes the parts of a scene; frees it and returns false if they are not there.
 func take(scene: Node) -> bool:
 	root = scene
@@ -56,6 +93,12 @@ func take(scene: Node) -> bool:
 		root.free()
 		return false
 	sprite.autoplay = ""
+	# A node of this add-on begins it.
+	sprite.set("random_start", false)
+	sprite.set("speed_spread", 0.0)
+	sprite.set("random_mirror", false)
+	if "variants" in sprite:
+		variants = sprite.get("variants")
 	sparks = sprite.get_node_or_null("Flakes") as MultiMeshInstance2D
 	lamp = sprite.get_node_or_null("Light") as PointLight2D
 	heat = sprite.material as ShaderMaterial if sprite.has_node("Heat") else null

@@ -41,8 +41,8 @@ function change(name) {
 
 /** Show all views of the fire, or the one that is chosen. */
 function changeViews() {
-  if (film.animation.views) pick(film.animation.index, !isTogether);
-  say(film.animation.views ? $("animation").selectedOptions[0].text.trim() : hints("views"));
+  if (film.animation.together) pick(film.animation.index, !isTogether);
+  say(film.animation.together ? $("animation").selectedOptions[0].text.trim() : hints("views"));
 }
 
 /** Show an animation from its beginning, playing as the one before did. */
@@ -50,12 +50,13 @@ function show(index) {
   const { playing, speed } = film;
   film.pause();
   film = films[index];
+  followGraphOf(film.animation);
   film.speed = speed;
   film.seek(0);
   if (playing) film.play();
   const { animation } = film;
-  isTogether &&= Boolean(animation.views);
-  $("animation").value = isTogether ? `${animation.views[0]} on` : index;
+  isTogether &&= Boolean(animation.together);
+  $("animation").value = isTogether ? `${animation.together[0]} on` : index;
   $("repeat").checked = film.repeat;
   $("flake-controls").hidden = !animation.flakes;
   for (const each of document.querySelectorAll("[data-animation]")) {
@@ -73,7 +74,7 @@ function select(index) {
 /** Show an animation alone, or with the other views of its fire, from where the one before was. */
 function pick(index, together) {
   const { position } = film;
-  const isSameFire = film.animation.views?.includes(index);
+  const isSameFire = film.animation.together?.includes(index);
   if (together !== isTogether) zoom = "first";
   isTogether = together;
   select(index);

@@ -98,4 +98,11 @@ function pictureOfPhases({ phases }) {
   return new GraphPicture($("graph"), nodes, arrows);
 }
 
-const graphPicture = data.states && (data.states.phases ? pictureOfPhases : pictureOfWinds)(data.states);
+let graphPicture = null;
+
+/** Draw the graph that the fire follows. */
+function drawGraph() {
+  if (data.graphs.length) graphPicture = (states.phases ? pictureOfPhases : pictureOfWinds)(states);
+}
+
+drawGraph();

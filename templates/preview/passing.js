@@ -6,10 +6,21 @@
  */
 let wanted = 0;
 
+/** The graph that the fire follows, or none: each of its variants has one. */
+let states = data.graphs[0];
+
+/** Follow the graph of the variant that is shown; nothing of it is shown where a fire is gone. */
+function followGraphOf({ variant }) {
+  const graph = data.graphs[variant ?? data.graphs.indexOf(states)];
+  if (graph === states) return;
+  states = graph;
+  drawGraph();
+}
+
 /** Where the fire goes on in another animation: {frame, to, entry}, or null where it stays. */
 function wayOn() {
-  if (!data.states) return null;
-  const { places, leads, transitions } = data.states;
+  if (!states) return null;
+  const { places, leads, transitions } = states;
   const here = films.indexOf(film);
   const now = places.indexOf(here);
   if (now < 0 && film.repeat) return null;
@@ -48,7 +59,7 @@ function advance(elapsed) {
 
 /** Want the place where a chosen animation is, or leads. */
 function wantPlaceOf(index) {
-  wanted = data.states?.leads[index] ?? 0;
+  wanted = states?.leads[index] ?? 0;
 }
 
 /** Whether the fire is out: at the end of what puts it out. */
@@ -58,7 +69,7 @@ const isOut = () => film.rests && film.next === null;
 function phaseTold() {
   const isLit = wanted === 1;
   if (isOut()) return isLit ? "is being lit" : "is out";
-  switch (data.states.phases[films.indexOf(film)]) {
+  switch (states.phases[films.indexOf(film)]) {
     case "ignite": return isLit ? "is being lit" : "is being lit, then goes out";
     case "burn": return isLit ? "burns" : `goes out after frame ${wayOn().frame + 1}`;
     default: return isLit ? "goes out, then is lit" : "goes out";
@@ -68,7 +79,7 @@ function phaseTold() {
 /** Tell what is wanted, beside the controls that change it. */
 function tellWanted() {
   if ($("wind")) {
-    const { levels } = data.states;
+    const { levels } = states;
     $("wind").value = wanted;
     $("level").textContent = levels[wanted];
     $("wind").setAttribute("aria-valuetext", levels[wanted]);
@@ -89,7 +100,7 @@ function blow(level) {
 
 /** Let the next stronger wind blow; after the strongest the weakest. */
 function nextWind() {
-  if ($("wind")) blow((wanted + 1) % data.states.levels.length);
+  if ($("wind")) blow((wanted + 1) % states.levels.length);
   else say(hints("wind"));
 }
 

@@ -2,7 +2,7 @@
 
 /** The animations that are shown: all views of the fire, or one. */
 function shown() {
-  const views = isTogether && view() === "play" && film.animation.views;
+  const views = isTogether && view() === "play" && film.animation.together;
   return views ? views.map((index) => data.animations[index]) : [film.animation];
 }
 

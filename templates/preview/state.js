@@ -7,7 +7,7 @@ const ZOOMS = [0.0625, 0.125, 0.25, 0.5, 1, 2, 3, 4, 6, 8, 12, 16];
 
 const painter = makePainter();
 const marks = new Marks($("marks"));
-const films = data.animations.map((animation, i) => new Film(animation, i === data.states?.out));
+const films = data.animations.map((animation, i) => new Film(animation, data.graphs.some(({ out }) => out === i)));
 let film = films[0];
 let isTogether = false; // whether all views of the fire are shown, side by side
 let zoom = "first"; // or "fit", or a number

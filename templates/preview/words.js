@@ -20,7 +20,7 @@ function tell() {
   $("scrub").style.setProperty("--done", longest ? Number($("scrub").value) / longest : 1);
   tellWanted();
   graphPicture?.mark();
-  const name = isTogether ? `${animation.views.length} views side by side` : animation.name;
+  const name = isTogether ? `${animation.together.length} ${animation.kind} side by side` : animation.name;
   const withFlakes = animation.flakes && chosen("flakes") !== "off";
   $("caption").textContent = {
     play: isTogether ? name : withFlakes ? `${frame.name} · ${flakesTold()}` : frame.name,

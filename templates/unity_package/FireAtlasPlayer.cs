@@ -52,6 +52,21 @@ namespace FireAtlas
         [SerializeField, Min(0), Tooltip("1 is as fast as the fire was built.")]
         float speed = 1;
 
+        [SerializeField, Tooltip("Whether a loop begins at a moment of its own, so that several do not flicker in step. What plays once begins at its beginning.")]
+        bool randomStart = true;
+
+        [SerializeField, Range(0, 0.9f), Tooltip("How far a loop's speed may be from Speed: with 0.1, up to a tenth slower or faster.")]
+        float speedSpread = 0.1f;
+
+        [SerializeField, Tooltip("Whether every other fire, at random, is its mirror image: in wind it leans the other way.")]
+        bool randomMirror = false;
+
+        [SerializeField, Range(-1, 15), Tooltip("Which variant is shown, the first is 0. -1: the next one for each fire that begins.")]
+        int variant = -1;
+
+        [SerializeField, Tooltip("State of the Animator with which each variant begins; none without variants.")]
+        string[] variants = new string[0];
+
         [SerializeField] bool playing = true;
 
         [SerializeField, Tooltip("Of a fire with phases: whether it is to burn, or to be out.")]
@@ -81,13 +96,15 @@ namespace FireAtlas
         UnityEvent wentOut = new UnityEvent();
 
         static readonly int BurningParameter = Animator.StringToHash("Burning");
-        static readonly int BurnState = Animator.StringToHash("burn"), OutState = Animator.StringToHash("out");
+        const string Burn = "burn", Out = "out";
+
+        static int nextVariant = -1;
 
         LightTrack[] tracks = new LightTrack[0];
         int[] hashes = new int[0];
-        int lastState;
-        float lastTime = -1;
-        bool flakesShown, animatorRan, hasPhases;
+        int lastState, burnState, outState, shown = -1;
+        float lastTime = -1, pace = 1;
+        bool flakesShown, animatorRan, hasPhases, mirrored;
 
         /// <summary>How fast the fire plays: 1 as it was built, at least 0.</summary>
         public float Speed
@@ -208,10 +225,10 @@ namespace FireAtlas
         /// <summary>Sets the parts before the Animator moves on.</summary>
         void Update()
         {
-            if (animator != null) animator.speed = playing ? speed : 0;
             if (sprite != null) sprite.color = tint;
             if (showFlakes != flakesShown) ShowOrHideFlakes();
             LightOrPutOut();
+            if (animator != null) animator.speed = playing ? speed * pace : 0;
         }
 
         /// <summary>Sets the parameter of an Animator that has phases, which it forgets when it is disabled.
@@ -224,10 +241,36 @@ namespace FireAtlas
             {
                 lastTime = -1;
                 hasPhases = Array.Exists(animator.parameters, each => each.nameHash == BurningParameter);
+                string begin = FirstState();
+                string stem = begin.EndsWith(Burn, StringComparison.Ordinal) ? begin.Substring(0, begin.Length - Burn.Length) : "";
+                burnState = Animator.StringToHash(stem + Burn);
+                outState = Animator.StringToHash(stem + Out);
+                if (begin != "" && string.IsNullOrEmpty(state)) animator.Play(Animator.StringToHash(begin), 0, 0);
+                BeginApart();
             }
             if (!runs || !hasPhases) return;
             animator.SetBool(BurningParameter, burning);
-            if (begins && !burning && string.IsNullOrEmpty(state)) animator.Play(OutState, 0, 0);
+            if (begins && !burning && string.IsNullOrEmpty(state)) animator.Play(outState, 0, 0);
+        }
+
+        /// <summary>The state with which the shown variant begins, which stays the same; empty without variants.</summary>
+        string FirstState()
+        {
+            if (variants.Length == 0) return "";
+            if (nextVariant < 0) nextVariant = global::UnityEngine.Random.Range(0, 16);
+            if (shown < 0 && variant < 0) shown = nextVariant++;
+            return variants[(variant < 0 ? shown : variant) % variants.Length];
+        }
+
+        /// <summary>Lets a loop begin at a moment, and play at a speed, of its own.</summary>
+        void BeginApart()
+        {
+            animator.Update(0); // so that it is in the state that it begins with
+            AnimatorStateInfo now = animator.GetCurrentAnimatorStateInfo(0);
+            if (!mirrored && randomMirror && sprite != null && global::UnityEngine.Random.value < 0.5f) sprite.flipX = !sprite.flipX;
+            mirrored = true;
+            pace = now.loop ? 1 + global::UnityEngine.Random.Range(-speedSpread, speedSpread) : 1;
+            if (now.loop && randomStart) animator.Play(now.shortNameHash, 0, global::UnityEngine.Random.value);
         }
 
         /// <summary>Called for a change only: flakes without a valid file turn themselves off.</summary>
@@ -248,7 +291,7 @@ namespace FireAtlas
 
         void Shine(AnimatorStateInfo now)
         {
-            if (hasPhases && now.shortNameHash == OutState) lamp.intensity = 0;
+            if (hasPhases && now.shortNameHash == outState) lamp.intensity = 0;
             int i = Array.IndexOf(hashes, now.shortNameHash);
             if (i < 0 || tracks[i] == null) return;
             LightTrack.Moment moment = tracks[i].At(now.normalizedTime);
@@ -274,8 +317,8 @@ namespace FireAtlas
             if (now.loop && Mathf.Floor(lastTime) > Mathf.Floor(before)) looped.Invoke();
             if (!now.loop && before < 1 && lastTime >= 1) finished.Invoke();
             if (!hasPhases || !led) return;
-            if (lastState == BurnState) lit.Invoke();
-            if (lastState == OutState) wentOut.Invoke();
+            if (lastState == burnState) lit.Invoke();
+            if (lastState == outState) wentOut.Invoke();
         }
     }
 }

@@ -9,9 +9,11 @@ from collections.abc import Callable
 from pathlib import Path
 from subprocess import CompletedProcess
 
+import numpy as np
 import pytest
 
 from fire_atlas.core.interruption import MESSAGE
+from tests.support.synthetic_fire import write_video
 
 Run = Callable[..., CompletedProcess[str]]
 
@@ -55,6 +57,17 @@ def test_quiet_says_nothing_and_verbose_names_the_files(run: Run, campfire: Path
     verbose = run("build", campfire.name, "-v", "--force")
     assert f"  {Path('build') / 'campfire.png'}\n" in verbose.stdout
     assert "  render: " in verbose.stdout
+
+
+def test_the_frames_of_a_video_are_counted_as_they_are_decoded(run: Run, campfire: Path) -> None:
+    frames = [np.full((32, 32, 4), 40 * i, np.uint8) for i in range(6)]
+    write_video(campfire.with_name("fire.mp4"), frames, "libx264", "yuv420p", {"crf": "5"}, rate=12)
+    chosen = ("--set", "source={path: fire.mp4, crop: auto}")
+    stated = events(run("build", campfire.name, "--json", *chosen))
+    for stage in "look for the flame", "decode":
+        seen = [event for event in stated if event.get("stage") == stage]
+        assert {event["total"] for event in seen} == {6}
+        assert (seen[0]["done"], seen[-1]["done"]) == (0, 6)
 
 
 def test_json_lines_tell_a_program_everything(run: Run, campfire: Path) -> None:

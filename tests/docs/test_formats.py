@@ -116,6 +116,19 @@ RECIPES: dict[str, dict[str, Any]] = {
         "tracks": [],
         "exports": ["json", "godot", "unity"],
     },
+    "several": {
+        "source": SILK,
+        "timeline": {"frames": 6},
+        "variants": 2,
+        "phases": {"ignite": 0.2, "extinguish": 0.2},
+        "exports": ["json", "unity"],
+    },
+    "gusty": {
+        "source": SILK,
+        "timeline": {"frames": 6},
+        "variants": 2,
+        "wind": {"levels": [0, 3]},
+    },
     "heat": {
         "source": {**CAMPFIRE, "count": 5},
         "flakes": "none",
@@ -210,7 +223,7 @@ def test_every_file_of_a_build_is_listed(built: Path) -> None:
     stems = "|".join(RECIPES)
     for path in built.iterdir():
         ending = re.sub(
-            rf"^({stems})(@0\.5x)?(-\d+)?(\.((view|wind|extinguish)(_\d+)+|burn|ignite|extinguish|out|pages"
+            rf"^({stems})(@0\.5x)?(-\d+)?(\.(v\d+\.)?((view|wind|extinguish)(_\d+)+|burn|ignite|extinguish|out|pages"
             r"|\d{4}))?",
             "",
             path.name,

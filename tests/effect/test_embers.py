@@ -164,7 +164,7 @@ def _bursts(rate: float, frames: int) -> list[tuple[float, int]]:
     plane[10::20, 10::20] = 1  # too far apart for one burst to reach two of them
     fires = (Fire(share=1.0, epsilon=0.0, alpha=0.5, candidate_count=36.0),)
     labels = np.zeros(plane.shape, np.uint8)
-    emitter = EmitterSettings(1, 0.0, rate, 16.0, fires, (1.0, 2.0), (1.0, 2.0), 100, 24.0)
+    emitter = EmitterSettings(1, 0.0, rate, 16.0, fires, (1.0, 2.0), (1.0, 2.0), 100, 24.0, 90.0)
     chance = np.random.default_rng(0)
     bursts: list[tuple[float, int]] = []
     for frame in range(frames):

@@ -90,8 +90,9 @@ def write(folder: Path, density: float) -> None:
         (folder / description.name).write_bytes(description.data)
 
 
-SHOWN = ("frame", "played", "own")
-"""What stands beside each other: our classes, and a picture of the frame alone, as large."""
+SHOWN = ("frame", "played", "delayed", "own")
+"""What stands beside each other: our classes, one that begins elsewhere, and a picture of the frame
+alone, as large."""
 
 
 @pytest.fixture(scope="module")
@@ -110,6 +111,7 @@ def shots(node: str, chromium: Path, tmp_path_factory: pytest.TempPathFactory) -
             elements = (
                 f'<i class="fire-{i:04}{sheet.ending}"></i>',
                 f'<i class="fire{sheet.ending}"></i>',
+                f'<i class="fire{sheet.ending}" style="--delay: -{1 / FPS}s"></i>',
                 f'<div style="width: {width}px; height: {height}px; {image}"></div>',
             )
             places = (
@@ -138,7 +140,9 @@ def shots(node: str, chromium: Path, tmp_path_factory: pytest.TempPathFactory) -
     for key, job in zip(keys, jobs, strict=True):
         seen = np.array(Image.open(job["file"]).convert("RGBA"), np.float64)
         seen[..., :3] *= seen[..., 3:] / 255
-        pictures |= {(*key, k): each for k, each in zip(SHOWN, np.split(seen, 3, 1), strict=True)}
+        pictures |= {
+            (*key, k): each for k, each in zip(SHOWN, np.split(seen, len(SHOWN), 1), strict=True)
+        }
     return pictures
 
 
@@ -163,3 +167,11 @@ def test_two_names_of_one_class_are_refused_with_both() -> None:
         sheet = build_sheets("fire", animations, Atlas())[0]
         with pytest.raises(OutputError, match=f"animation {one} and the animation {other} apart"):
             list(exported_files(["css"], product_of(sheet), {}))
+
+
+@pytest.mark.parametrize("sheet", SHEETS, ids=str)
+def test_a_loop_may_begin_elsewhere(sheet: Sheet, shots: Any) -> None:
+    """One is a frame ahead of the others, and goes round the end of the loop."""
+    for i in range(COUNT):
+        ahead, shown = shots[sheet, 1, i, "delayed"], shots[sheet, 1, (i + 1) % COUNT, "played"]
+        np.testing.assert_array_equal(ahead, shown)

@@ -282,6 +282,7 @@ def test_it_is_never_worse_than_every_nth_frame_at_the_same_memory() -> None:
         ({"maps": {"flame": True}}, "maps.flame"),
         ({"wind": {"levels": [0, 2]}}, "fit"),
         ({"phases": {"ignite": 1}}, "fit"),
+        ({"variants": 2}, "fit"),
         ({"flakes": {"bake": False}}, "flakes.bake"),
         ({"source": {"kind": "sprites", "path": "clip"}}, "fit"),
         ({"fit": {}}, "fit"),

@@ -13,7 +13,7 @@ from fire_atlas.core.pixels import Bytes
 from fire_atlas.formats.atlas.texture_packer import read_atlas
 from fire_atlas.preview.blend import blend
 from fire_atlas.preview.cut_frames import cut_frames
-from fire_atlas.preview.views import choices_of, fires_in_views
+from fire_atlas.preview.views import choices_of, fires_together
 from tests.preview.browser import Browser, assert_quiet, picture, previewed, watch
 from tests.support.wind import SILK, recipe_in
 
@@ -177,7 +177,7 @@ def test_views_of_one_fire_are_called_alike(
     names: list[str], fires: list[list[int]], choices: list[str], page: Path
 ) -> None:
     sheet = renamed(read_atlas(atlas(page)).sheet, names)
-    assert fires_in_views(sheet) == fires
+    assert fires_together(sheet) == fires
     assert list(choices_of(sheet, fires).values()) == choices
 
 
@@ -185,9 +185,9 @@ def test_animations_of_other_times_are_no_views(page: Path) -> None:
     sheet = read_atlas(atlas(page)).sheet
     first, *others = sheet.animations
     shorter = replace(sheet, animations=(replace(first, frames=first.frames[:-1]), *others))
-    assert fires_in_views(shorter) == [[1, 2, 3]]
+    assert fires_together(shorter) == [[1, 2, 3]]
     slow = tuple(
         replace(region, duration=999.0) if region.name in others[0].frames else region
         for region in sheet.regions
     )
-    assert fires_in_views(replace(sheet, regions=slow)) == [[0, 2, 3]]
+    assert fires_together(replace(sheet, regions=slow)) == [[0, 2, 3]]

@@ -121,6 +121,7 @@ func seek_flakes(job: Dictionary) -> Array:
 func see_flakes(job: Dictionary) -> Variant:
 	var flakes: MultiMeshInstance3D = load(job["scene"]).instantiate()
 	flakes.playing = false
+	_begin_together(flakes)
 	add_child(flakes)
 	var eye := Camera3D.new()
 	eye.far = 1000.0
@@ -237,6 +238,8 @@ func _staged(job: Dictionary) -> Node2D:
 	var at: Array = job.get("at", [0, 0])
 	node.position = Vector2(at[0], at[1])
 	node.scale *= job.get("zoom", 1)
+	if not job.get("apart", false):
+		_begin_together(node)
 	var level := Node2D.new()
 	level.add_child(node)
 	add_child(level)
@@ -249,6 +252,14 @@ func _staged(job: Dictionary) -> Node2D:
 	for path: String in changes:
 		_node(node, path).set_indexed(_property(path), str_to_var(changes[path]))
 	return node
+
+
+# Lets a loop begin with its first frame, at its own speed.
+func _begin_together(node: Node) -> void:
+	for each: Node in [node] + node.find_children("*"):
+		if "random_start" in each:
+			each.random_start = false
+			each.speed_spread = 0.0
 
 
 func _clear(node: Node2D) -> void:

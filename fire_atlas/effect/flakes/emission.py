@@ -54,6 +54,9 @@ _BURST_SHAPE = 4.0
 _LAUNCH_SPEED, _LAUNCH_SPREAD = 0.9, 0.6
 """Median speed at which a spark is thrown, heights/s, and standard deviation of its logarithm."""
 
+_BLAST_SPEED = 3.0
+"""That median speed of an explosion: its sparks outrun its cloud."""
+
 _LAUNCH_RISE = 0.6
 """Upward velocity of a burst's centre relative to its sparks' speed: sparks fly up rather than
 down."""
@@ -168,6 +171,7 @@ class EmitterSettings:
         life, size: (min, max), s and px.
         height: Frame height, px.
         fps: Frames per second.
+        launch_speed: Median speed at which a spark is thrown, px/s.
         is_weighted: Whether candidates are chosen by ‖Fv*‖, or all alike.
     """
 
@@ -180,6 +184,7 @@ class EmitterSettings:
     size: tuple[float, float]
     height: int
     fps: float
+    launch_speed: float
     is_weighted: bool = True
 
     @classmethod
@@ -214,6 +219,7 @@ class EmitterSettings:
         automatic = automatic_rate(moving_area, width_ratio, duration, room)
         rate = automatic if flakes.rate == "auto" else flakes.rate
         bursts, sparks = _bursts_of(flakes, rate)
+        is_blast = flakes.fire_class == "explosion"
         if flakes.alpha != "auto":
             fires = tuple(replace(fire, alpha=flakes.alpha) for fire in fires)
         return cls(
@@ -226,6 +232,7 @@ class EmitterSettings:
             size=size,
             height=clip.height,
             fps=clip.fps,
+            launch_speed=clip.height * (_BLAST_SPEED if is_blast else _LAUNCH_SPEED),
             is_weighted=flakes.alpha == "auto",
         )
 
@@ -451,7 +458,7 @@ def _flakes(
     """Return flakes of one kind, spawned at the given time steps and ``places``, (2, flakes) px."""
     count, height, (x, y) = len(tick), emitter.height, places
     heading = chance.uniform(0, 2 * np.pi, count)
-    speed = _LAUNCH_SPEED * height * np.exp(_LAUNCH_SPREAD * chance.standard_normal(count))
+    speed = emitter.launch_speed * np.exp(_LAUNCH_SPREAD * chance.standard_normal(count))
     speed *= kind == SPARK
     score = chance.standard_normal(count) - (_SPARK_SMALLER if kind == SPARK else 0.0)
     score = np.clip(score, -_SIZE_SPREAD, _SIZE_SPREAD)

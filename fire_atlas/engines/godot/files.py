@@ -17,6 +17,7 @@ from fire_atlas.engines.godot.names import (
     IMPORT_ENDING,
     LAMP,
     MOTION_MATERIAL,
+    MOTION_PLAYER,
     MOTION_SCENE,
     MOTION_SHADER,
     PARTICLES_SCENE,
@@ -26,6 +27,7 @@ from fire_atlas.engines.godot.names import (
     SPACE_SCENE,
     SPACE_TABLES,
     SPRITE_ENDING,
+    START,
     UID_ENDING,
     WIND,
 )
@@ -89,10 +91,12 @@ def _scripts(recipe: Recipe) -> Iterator[str]:
     if recipe.maps.haze:
         yield from (HAZE_SHADER, HAZE_PLAYER)
     if recipe.maps.motion == "godot":
-        yield MOTION_SHADER
+        yield from (MOTION_SHADER, MOTION_PLAYER)
     if "light" in recipe.tracks:
         yield LAMP
     if recipe.wind.levels:
         yield WIND
-    if recipe.phases != "none":
+    elif recipe.phases != "none":
         yield PHASES
+    else:
+        yield START

@@ -10,6 +10,7 @@ from fire_atlas.engines.godot.names import (
     SPACE_SCENE,
     SPACE_TABLES,
     node_name,
+    stems_of_variants,
     titles,
     uid_of,
 )
@@ -36,7 +37,8 @@ def flakes_in_space(product: Product) -> Iterator[OutputFile]:
     tables = product.name + SPACE_TABLES
     arrays = flake_arrays_in_space(flakes, product.sheets[0].states)
     yield flake_tables(product, SPACE_TABLES, arrays, list(flakes))
-    yield from script(product, SPACE_PLAYER)
+    variants = stems_of_variants(product.sheets[0])
+    yield from script(product, SPACE_PLAYER, has_variants=bool(variants))
     yield resource(
         "flakes_3d.tscn", product.name + SPACE_SCENE, product,
         node=node_name(product.name),
@@ -45,4 +47,5 @@ def flakes_in_space(product: Product) -> Iterator[OutputFile]:
         shader=rendered_text("flakes_3d.gdshader"),
         fps=flakes[first].fps,
         first=named[first],
+        variants=variants,
     )  # fmt: skip

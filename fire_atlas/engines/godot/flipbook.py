@@ -6,6 +6,7 @@ from fire_atlas.atlas.sheet import AtlasSheet, VectorScale
 from fire_atlas.core.output_file import OutputFile
 from fire_atlas.engines.godot.names import (
     MOTION_MATERIAL,
+    MOTION_PLAYER,
     MOTION_SCENE,
     MOTION_SHADER,
     node_name,
@@ -39,6 +40,7 @@ def flipbook(product: Product, sheet: AtlasSheet) -> Iterator[OutputFile]:
         sheet=sheet,
         page=(sheet.pages[0].file, image_uid(product, sheet.pages[0].file)),
         material=(material, uid_of(product, material)),
+        script=script_reference(product, MOTION_PLAYER),
         animation=animation,
         title=title_in_godot(animation.name),
         length=count * seconds,
@@ -49,9 +51,10 @@ def flipbook(product: Product, sheet: AtlasSheet) -> Iterator[OutputFile]:
 
 
 def flipbook_script(product: Product) -> Iterator[OutputFile]:
-    """Yield the shader of the flipbooks, if there are any."""
+    """Yield the shader and the script of the flipbooks, if there are any."""
     if any(_played_motion(sheet) for sheet in product.sheets):
         yield from script(product, MOTION_SHADER)
+        yield from script(product, MOTION_PLAYER)
 
 
 def _played_motion(sheet: AtlasSheet) -> VectorScale | None:

@@ -14,6 +14,7 @@ from fire_atlas.core.errors import OutputError
 from fire_atlas.core.output_file import as_file_name, is_portable
 
 if TYPE_CHECKING:  # names are needed where a build is taken from a cache, and pixels are not
+    from fire_atlas.atlas.sheet import AtlasSheet
     from fire_atlas.formats.product import Product
 
 FRAMES_ENDING, SCENE_ENDING, IMPORT_ENDING = ".tres", ".tscn", ".import"
@@ -32,12 +33,16 @@ SPACE_PLAYER, SPACE_TABLES = "_flakes_3d.gd", "_flakes_3d.tres"
 SPACE_SCENE = "_flakes_3d.tscn"
 """Of the same for flakes in three dimensions, and of their scene."""
 
-LAMP, WIND, PHASES = "_light.gd", "_wind.gd", "_phases.gd"
-"""Of the scripts of lamps, of changes of wind, and of what is lit and put out."""
+LAMP = "_light.gd"
+"""Of the script of lamps."""
+
+START, WIND, PHASES = "_start.gd", "_wind.gd", "_phases.gd"
+"""Of the script that plays loops, each from a moment of its own; of that of a fire that passes from
+wind to wind, and of one that is lit and put out, which do so too."""
 
 HEAT_SHADER, HEAT_PLAYER = "_heat.gdshader", "_heat.gd"
 HAZE_SHADER, HAZE_PLAYER = "_haze.gdshader", "_haze.gd"
-MOTION_SHADER = "_motion.gdshader"
+MOTION_SHADER, MOTION_PLAYER = "_motion.gdshader", "_motion.gd"
 
 FILM_SCENE, PARTICLES_SCENE = "_film.tscn", "_particles.tscn"
 HAZE_FRAMES, HAZE_SCENE = "_haze.tres", "_haze.tscn"
@@ -97,6 +102,13 @@ def titles(animations: Iterable[str]) -> dict[str, str]:
             )
         made[animation] = title
     return made
+
+
+def stems_of_variants(sheet: "AtlasSheet") -> list[str]:
+    """Return what begins the names in Godot of the animations of each variant of a sheet's fires;
+    nothing of fires that have one only."""
+    stems = dict.fromkeys(animation.stem for animation in sheet.animations)
+    return [title_in_godot(stem) for stem in stems if stem]
 
 
 def single_stems(sheet: str, singles: Iterable[str]) -> dict[str, str]:

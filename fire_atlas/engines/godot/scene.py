@@ -23,8 +23,10 @@ from fire_atlas.engines.godot.names import (
     LAMP,
     PHASES,
     SCENE_ENDING,
+    START,
     WIND,
     node_name,
+    stems_of_variants,
     title_in_godot,
     titles,
     uid_of,
@@ -84,12 +86,13 @@ def summed_scene(product: Product, sheet: AtlasSheet, arrays: FlakeArrays) -> It
 
 
 def scene_scripts(product: Product) -> Iterator[OutputFile]:
-    """Yield the scripts of lamps, and of what a game changes."""
+    """Yield the scripts of lamps, and of what plays."""
     sheet = product.sheets[0]
     if product.lights:
         yield from script(product, LAMP, alpha=sheet.alpha)
-    if sheet.states is not None:
-        yield from script(product, _script_of(sheet.states))
+    if sheet.animations:
+        has_variants = bool(stems_of_variants(sheet))
+        yield from script(product, _player_of(sheet), has_variants=has_variants)
 
 
 def _played(product: Product, sheet: AtlasSheet) -> dict[str, Any]:
@@ -106,20 +109,24 @@ def _played(product: Product, sheet: AtlasSheet) -> dict[str, Any]:
         "pixel_art": product.pixel_art,
         "player": script_reference(product, FLAKE_PLAYER),
         "texture_page": page and (page, image_uid(product, page)),
-        "graph": _graph(product, sheet, sheet.states) if sheet.states else None,
+        "script": script_reference(product, _player_of(sheet)),
+        "properties": _properties(sheet),
     }
 
 
-def _graph(product: Product, sheet: AtlasSheet, graph: StateGraph) -> dict[str, Any]:
-    """Return what the template of a scene needs of the graph of its states."""
+def _properties(sheet: AtlasSheet) -> str:
+    """Return the properties of the script of a scene: its variants, and the graph of its states."""
+    graph, variants = sheet.states or StateGraph((), ()), stems_of_variants(sheet)
+    first, *_ = *graph.of_each_variant(), graph
     named = titles(animation.name for animation in sheet.animations)
-    loops = [state.animation for state in graph.states if state.wind is not None]
+    loops = [state.animation for state in first.states if state.wind is not None]
     phases = {
-        name: named[main] for name, phase in _PHASES.items() for main in graph.of_phase(phase)[:1]
+        name: named[main] for name, phase in _PHASES.items() for main in first.of_phase(phase)[:1]
     }
     ways = graph.transitions
-    properties = rendered_text(
-        "states.properties",
+    return rendered_text(
+        "fire.properties",
+        variants=variants,
         levels=graph.winds,
         loops=[named[loop] for loop in loops],
         phases=phases,
@@ -128,13 +135,14 @@ def _graph(product: Product, sheet: AtlasSheet, graph: StateGraph) -> dict[str, 
         afters=[named[way.after] for way in ways],
         entries=[way.entry for way in ways],
     )
-    script = script_reference(product, _script_of(graph))
-    return {"script": script, "properties": properties.rstrip()}
 
 
-def _script_of(graph: StateGraph) -> str:
-    """Return what ends the name of the script that leads from state to state."""
-    return WIND if graph.winds else PHASES
+def _player_of(sheet: AtlasSheet) -> str:
+    """Return what ends the name of the script that plays a sheet: it leads from state to state, or
+    begins a loop at a moment of its own."""
+    if sheet.states is None:
+        return START
+    return WIND if sheet.states.winds else PHASES
 
 
 def _views(product: Product, sheet: AtlasSheet) -> list[dict[str, Any]]:

@@ -121,6 +121,11 @@ def heat_player_text(names: ComponentNames) -> str:
     return rendered("unity/heat_player.cs.j2", (), **asdict(names))
 
 
+def start_text(names: ComponentNames) -> str:
+    """Return the script that lets a loop begin at a moment of its own."""
+    return rendered("unity/start.cs.j2", (), **asdict(names))
+
+
 def assembly_text(assembly: str, *, editor: bool = False) -> str:
     """Return an assembly definition; that of an ``editor`` assembly is left out of games."""
     return rendered("unity/assembly.asmdef.j2", assembly=assembly, editor=editor)

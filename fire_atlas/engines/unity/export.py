@@ -14,6 +14,7 @@ from fire_atlas.engines.unity.assets import (
     scalar,
     shader_text,
     single,
+    start_text,
 )
 from fire_atlas.engines.unity.flake_tracks import AnimationFlakes, flake_bytes
 from fire_atlas.engines.unity.meta import (
@@ -53,7 +54,12 @@ from fire_atlas.engines.unity.package import (
     shader_template,
 )
 from fire_atlas.engines.unity.sprites import PageSprite, max_texture_size, pivot_px, sprites_of
-from fire_atlas.engines.unity.states import BURNING, AnimatorState, animator_states
+from fire_atlas.engines.unity.states import (
+    BURNING,
+    AnimatorState,
+    animator_states,
+    first_of_variants,
+)
 from fire_atlas.formats.output_names import light_file
 from fire_atlas.formats.product import Product
 from fire_atlas.formats.templates.jinja import rendered
@@ -113,7 +119,12 @@ class _Export:
             yield from self.material(self.name, SPRITE_SHADER, "Sprite")
         if self.plays_flakes:
             yield from self.flakes()
-        if self.options.assembly and not self.uses_package and (heat or self.plays_flakes):
+        if self.begins_apart:
+            yield from self.asset(
+                self.script("start"), start_text(self.component("start")).encode()
+            )
+        has_scripts = not self.uses_package and (heat or self.plays_flakes or self.begins_apart)
+        if self.options.assembly and has_scripts:
             text = assembly_text(self.options.namespace)
             yield from self.asset(self.options.namespace + ASSEMBLY_ENDING, text.encode())
         if self.product.sheets[0].has_map("haze"):
@@ -169,6 +180,11 @@ class _Export:
     def plays_flakes(self) -> bool:
         """Whether the prefab plays flakes: there are some, and the options allow it."""
         return bool(self.product.tracks) and self.options.flakes
+
+    @property
+    def begins_apart(self) -> bool:
+        """Whether the prefab has a script of its own that lets a loop begin at any moment."""
+        return bool(self.product.sheets[0].animations) and not self.uses_package
 
     def guid(self, file: str) -> str:
         """Return the GUID of an output: its existing one, or one derived from its name."""
@@ -409,6 +425,8 @@ class _Export:
             player=player if self.plays_flakes else None,
             heat=self.heat_player(sheet, sprites) if sheet.heat is not None else None,
             whole=self.whole_player() if self.uses_package else None,
+            variants=[self.states[name] for name in first_of_variants(sheet)],
+            start=self.guid(self.script("start")) if self.begins_apart else None,
         )
 
     def heat_player(

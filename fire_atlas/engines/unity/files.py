@@ -58,6 +58,9 @@ def _assets(recipe: Recipe, options: UnityOptions, stems: list[str]) -> Iterator
     if recipe.may_have_flakes and options.flakes:
         yield from _player(recipe.name, "flakes", options)
         yield OutputNames(f"{recipe.name}.flakes", TABLE_ENDING, "engine")
+    if options.player == "own":
+        start = player_name(recipe.name, "start")
+        yield OutputNames(start, SCRIPT_ENDING, "engine", is_certain=recipe.has_fire)
     if options.assembly:
         yield OutputNames(options.namespace, ASSEMBLY_ENDING, "engine")
 

@@ -19,8 +19,8 @@ _MAX_NAME_BYTES = 100
 
 _GUID = re.compile(r"^guid: ([0-9a-f]{32})\s*$", re.MULTILINE)
 
-Played = Literal["flakes", "heat"]
-"""What scripts of a build play: flakes, and pages of heat."""
+Played = Literal["flakes", "heat", "start"]
+"""What scripts of a build play: flakes, pages of heat, and the start of a loop."""
 
 CONTROLLER_ENDING, PREFAB_ENDING, META_ENDING = ".controller", ".prefab", ".meta"
 """File name endings of animator controllers, prefabs, and the import settings of a file."""

@@ -9,13 +9,14 @@ any time: it would not be asked again at the end of ``extinguish``.
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from fire_atlas.atlas.sheet import AtlasSheet, StateGraph
+from fire_atlas.atlas.sheet import AtlasSheet, StateGraph, variant_title
 
 BURNING = "Burning"
 """The Animator's parameter that says whether a fire is to burn."""
 
 OUT = "out"
-"""The state of a fire that is out. No animation has this name where there are phases."""
+"""The state of a fire that is out, or the end of its name in one of several variants. No animation
+has this name where there are phases."""
 
 _MARGIN = 1e-3
 """Part of a frame by which a loop is left before the next one, and a later frame entered after its
@@ -61,21 +62,28 @@ class AnimatorState:
 
 def animator_states(sheet: AtlasSheet) -> list[AnimatorState]:
     """Return the states in which a sheet is played, first the one to begin with."""
-    graph, frames = sheet.states, {each.name: each.frames for each in sheet.animations}
+    frames = {each.name: each.frames for each in sheet.animations}
     duration = {region.name: region.duration for region in sheet.regions}
     fps = {name: 1000 / duration[shown[0]] for name, shown in frames.items()}
-    steps = list[AnimatorTransition]()
-    if graph is not None and graph.of_phase("burn"):
-        steps += _transitions(graph, {name: len(shown) for name, shown in frames.items()})
+    graphs = () if sheet.states is None else sheet.states.of_each_variant()
+    phased = [graph for graph in graphs if graph.of_phase("burn")]
+    count = {name: len(shown) for name, shown in frames.items()}
+    steps = [step for graph in phased for step in _transitions(graph, count)]
     states = [
         AnimatorState(each.name, each.frames, fps[each.name], each.loop, _from(each.name, steps))
         for each in sheet.animations
     ]
-    if graph is not None and steps:
-        extinguish = graph.of_phase("extinguish")
+    for graph in phased:
+        extinguish, out = graph.of_phase("extinguish"), _out(graph)
         last = frames[extinguish[0]][-1] if extinguish else None
-        states.append(AnimatorState(OUT, (last,), states[0].fps, False, _from(OUT, steps)))
+        states.append(AnimatorState(out, (last,), states[0].fps, False, _from(out, steps)))
     return states
+
+
+def _out(graph: StateGraph) -> str:
+    """Return the name of the state in which a fire is out."""
+    variant = graph.states[0].variant
+    return OUT if variant is None else variant_title(variant, OUT)
 
 
 def _from(name: str, steps: list[AnimatorTransition]) -> tuple[AnimatorTransition, ...]:
@@ -90,7 +98,7 @@ def _transitions(graph: StateGraph, count: Mapping[str, int]) -> Iterator[Animat
         count: The number of frames of each animation.
     """
     burn, ignite = graph.of_phase("burn"), graph.of_phase("ignite")
-    extinguish = graph.of_phase("extinguish")
+    extinguish, out = graph.of_phase("extinguish"), _out(graph)
     for step in graph.transitions:
         end = step.frame + 1
         yield AnimatorTransition(
@@ -101,7 +109,20 @@ def _transitions(graph: StateGraph, count: Mapping[str, int]) -> Iterator[Animat
             burning=False if step.before in burn else None,
         )
     if extinguish:
-        yield AnimatorTransition(extinguish[0], OUT, exit_time=1, offset=0, burning=None)
+        yield AnimatorTransition(extinguish[0], out, exit_time=1, offset=0, burning=None)
     else:
-        yield AnimatorTransition(burn[0], OUT, exit_time=None, offset=0, burning=False)
-    yield AnimatorTransition(OUT, (ignite or burn)[0], exit_time=None, offset=0, burning=True)
+        yield AnimatorTransition(burn[0], out, exit_time=None, offset=0, burning=False)
+    yield AnimatorTransition(out, (ignite or burn)[0], exit_time=None, offset=0, burning=True)
+
+
+def first_of_variants(sheet: AtlasSheet) -> list[str]:
+    """Return the name of the state in which each variant of the first fire of a sheet begins; none
+    of a fire that has one only."""
+    if sheet.animations[0].variant is None:
+        return []
+    fire = sheet.animations[0].stem.rpartition("/")[0]
+    begins = dict[str, str]()
+    for animation in sheet.animations:
+        if animation.variant is not None and animation.stem.rpartition("/")[0] == fire:
+            begins.setdefault(animation.stem, animation.name)
+    return list(begins.values())

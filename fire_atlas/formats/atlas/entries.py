@@ -6,6 +6,7 @@ ValueError for an entry that is invalid.
 
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any, get_args
 
 from fire_atlas.atlas.polygon import doubled_area
@@ -23,6 +24,7 @@ from fire_atlas.atlas.sheet import (
     State,
     StateGraph,
     StateTransition,
+    stem_of_variant,
 )
 from fire_atlas.core.checks import MAX_MILLISECONDS, number, one_of, text, whole
 from fire_atlas.core.decimals import plain
@@ -207,10 +209,28 @@ def about_entry(sheet: AtlasSheet, page: int) -> dict[str, Any]:
         "blendSpace": sheet.blend_space,
         **({"fps": plain(sheet.fps, 6)} if sheet.animations else {}),
         "loops": {animation.name: animation.loop for animation in sheet.animations},
+        **_variants_entry(sheet),
         "safeMipLevel": sheet.pages[page].safe_mip,
         **({"grid": _grid_entry(sheet.grid)} if sheet.grid else {}),
         **({"heat": _heat_entry(sheet.heat)} if sheet.heat else {}),
     }
+
+
+def _variants_entry(sheet: AtlasSheet) -> dict[str, Any]:
+    """Return which variant of its fire each animation is of, if there are several."""
+    numbers = {each.name: each.variant for each in sheet.animations if each.variant is not None}
+    return {"variants": numbers} if numbers else {}
+
+
+def variant_of(about: dict[str, Any], animation: str) -> int | None:
+    """Read from the block ``fireAtlas`` which variant of its fire an animation is of; None if that
+    has one only."""
+    numbers = about.get("variants", {})
+    if animation not in numbers:
+        return None
+    number = whole(numbers[animation])
+    stem_of_variant(animation, number)
+    return number
 
 
 def _heat_entry(heat: Heat) -> dict[str, Any]:
@@ -301,7 +321,9 @@ def states_entry(graph: StateGraph) -> dict[str, Any]:
 
 
 def _state_entry(state: State) -> dict[str, Any]:
-    phase = {} if state.phase is None else {"phase": state.phase}
+    phase: dict[str, Any] = {} if state.phase is None else {"phase": state.phase}
+    if state.variant is not None:
+        phase["variant"] = state.variant
     if not state.is_loop:
         return {**phase, "next": state.following}
     wind = {} if state.wind is None else {"wind": plain(state.wind, 6)}
@@ -314,7 +336,8 @@ def states_of(entry: dict[str, Any], frames: Mapping[str, int]) -> StateGraph:
     states = tuple(
         _state_of(one_of(name, names), state, names) for name, state in entry["states"].items()
     )
-    winds = [state.wind for state in states if state.wind is not None]
+    graph = StateGraph(states, ())
+    winds = list(graph.winds)
     if not any(state.phase == "burn" for state in states) and (
         len(winds) < 2 or winds != sorted(winds)
     ):
@@ -328,18 +351,21 @@ def states_of(entry: dict[str, Any], frames: Mapping[str, int]) -> StateGraph:
         )
         for transition in entry["transitions"]
     )
-    return StateGraph(states, transitions)
+    return replace(graph, transitions=transitions)
 
 
 def _state_of(name: str, entry: dict[str, Any], names: Sequence[str]) -> State:
     phase = one_of(entry["phase"], get_args(Phase)) if "phase" in entry else None
+    state = State(
+        name, phase=phase, variant=whole(entry["variant"]) if "variant" in entry else None
+    )
     if phase == "burn":
-        return State(name, phase=phase)
+        return state
     if phase is None and "next" not in entry:
-        return State(name, wind=number(entry["wind"], 0, MAX_LEVEL))
+        return replace(state, wind=number(entry["wind"], 0, MAX_LEVEL))
     following = entry["next"]
     is_end = phase is not None and following is None
-    return State(name, following=None if is_end else one_of(following, names), phase=phase)
+    return replace(state, following=None if is_end else one_of(following, names))
 
 
 def map_entries(sheet: AtlasSheet, page: int) -> list[dict[str, Any]]:

@@ -30,6 +30,7 @@ from fire_atlas.formats.atlas.entries import (
     region_of,
     states_of,
     textures_of,
+    variant_of,
 )
 from fire_atlas.formats.tables import EXPORTS
 from fire_atlas.recipe.document import RECIPE_ENDINGS
@@ -204,7 +205,12 @@ def _sheet(name: str, documents: Sequence[dict[str, Any]]) -> AtlasSheet:
         pages=tuple(page_of(document["meta"]) for document in documents),
         regions=regions,
         animations=tuple(
-            Animation(text(name), tuple(region.name for region in frames), bool(loops.get(name)))
+            Animation(
+                text(name),
+                tuple(region.name for region in frames),
+                bool(loops.get(name)),
+                variant_of(about, name),
+            )
             for name, frames in played.items()
         ),
         grid=grid_of(about),

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any, TypeAlias
 
-from jinja2 import StrictUndefined, Template
+from jinja2 import FunctionLoader, StrictUndefined, Template
 from jinja2.sandbox import ImmutableSandboxedEnvironment
 
 from fire_atlas.core.shipped import shipped
@@ -53,7 +53,11 @@ def rendered(template: str, filters: tuple[Filter, ...] = (), **context: object)
 def _shipped_template(name: str, filters: tuple[Filter, ...]) -> Template:
     made = environment()
     made.filters.update({function.__name__: function for function in filters})
-    return made.from_string((shipped("templates") / name).read_text(encoding="utf-8"))
+    # So that templates share macros; those of users have no loader, and read no file.
+    made.loader = FunctionLoader(
+        lambda other: (shipped("templates") / other).read_text(encoding="utf-8")
+    )
+    return made.get_template(name)
 
 
 def identifier(text: Any) -> str:

@@ -91,7 +91,9 @@ class Sight:
         if self.is_plain:
             left, top = self.scene.corner
             rows, columns = self.size
-            return scalars[:, top : top + rows, left : left + columns]
+            seen = scalars[:, top : top + rows, left : left + columns]
+            below = rows - seen.shape[1]  # the grid ends at the ground, the frame below it
+            return np.pad(seen, ((0, 0), (0, below), (0, 0), (0, 0))) if below else seen
         x, y, z, is_inside = self._places
         if self.scene.detail:
             x, y, z = self._displaced(x, y, z, number)

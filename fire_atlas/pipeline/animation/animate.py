@@ -71,8 +71,10 @@ def animate_views(
     of the flakes' texture, which all views share. The flakes fly once for all ``ramps``, which are
     as from ``open_ramps``.
     """
-    texture, flight, drawn = None, None, dict[tuple[str, str], FinishedAnimation]()
+    decided, texture, flight = recipe, None, None
+    drawn = dict[tuple[str, str], FinishedAnimation]()
     for view in prepared_views(recipe, clips, context):
+        decided = view.recipe
         texture = texture or prepared_texture(view.recipe, view.clip, cells, context)
         if flight is None and flies_in_depth(view.recipe, view.clip):
             flight = fly_in_depth(view.recipe, view.clip, view.study, clips.values(), context)
@@ -84,7 +86,7 @@ def animate_views(
     }
     statistics = {name: animation.all_statistics() for name, animation in animations.items()}
     figures = statistics.popitem()[1] if len(animations) == 1 else {"animations": statistics}
-    return Contribution(recipe.name, animations, figures, texture=texture)
+    return Contribution(recipe.name, decided, animations, figures, texture=texture)
 
 
 def _title(ramp: str, view: str, views: Collection[str]) -> str:

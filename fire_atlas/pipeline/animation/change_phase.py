@@ -119,9 +119,8 @@ def animate_in_phases(
     animations = {name: finish(view.recipe, clip, context) for name, clip in simulated.items()}
     statistics = {name: animation.all_statistics() for name, animation in animations.items()}
     figures["entry_pixels"] = _entry_pixels(animations)
-    return Contribution(
-        recipe.name, animations, {"animations": statistics, "phases": figures}, states, texture
-    )
+    statistics = {"animations": statistics, "phases": figures}
+    return Contribution(recipe.name, view.recipe, animations, statistics, states, texture)
 
 
 def drawn_with_fuel(burning: SimulatedClip, context: BuildContext, *, is_pixel_art: bool) -> Draw:

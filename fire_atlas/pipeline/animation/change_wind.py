@@ -54,7 +54,9 @@ def animate_in_wind(
     }
     statistics = {name: animation.all_statistics() for name, animation in animations.items()}
     states = _states([view.recipe.wind.level for view in views], changes)
-    return Contribution(recipe.name, animations, {"animations": statistics}, states, texture)
+    return Contribution(
+        recipe.name, recipe, animations, {"animations": statistics}, states, texture
+    )
 
 
 def _with_flakes(

@@ -47,6 +47,7 @@ class FinishedAnimation:
         named: Of sprites, what each frame has of its own; empty for the frames of a clip.
         holds: For how many frames' time each frame is shown; empty: for one.
         statistics: Figures about the clip and its flakes, for the manifest.
+        variant: Number of the variant of its fire that it is of; None if that has one only.
     """
 
     frames: Sequence[RenderedFrame]
@@ -63,6 +64,7 @@ class FinishedAnimation:
     named: tuple[NamedSprite, ...] = ()
     holds: tuple[int, ...] = ()
     statistics: Mapping[str, Any] = field(default_factory=dict)
+    variant: int | None = None
 
     def frames_for_pages(self, name: str, margin: int) -> AnimationFrames:
         """Return the frames in the largest scale for packing, as the animation ``name``, with so
@@ -70,7 +72,7 @@ class FinishedAnimation:
         sprites = tuple(frame.sprites[0] for frame in self.frames)
         return AnimationFrames(
             name, sprites, 1000 / self.fps, self.loop, self.foot, self.frames_per_place, self.named,
-            margin, self.holds,
+            margin, self.holds, self.variant,
         )  # fmt: skip
 
     def all_statistics(self) -> dict[str, Any]:
@@ -139,6 +141,7 @@ class Contribution:
 
     Attributes:
         name: Name of the recipe.
+        decided: The recipe, with everything filled in that the class of its fire decides.
         animations: By name.
         statistics: Figures about the animations, for the manifest.
         states: In which order they may follow one another; None if each is played alone.
@@ -147,6 +150,7 @@ class Contribution:
     """
 
     name: str
+    decided: Recipe
     animations: Mapping[str, FinishedAnimation]
     statistics: dict[str, Any]
     states: StateGraph | None = None

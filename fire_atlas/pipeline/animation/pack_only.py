@@ -36,4 +36,4 @@ def pack_only(recipe: Recipe, sprites: Sprites, context: BuildContext) -> Contri
     }
     single = tuple(rendered[i] for i in names.single)
     statistics = {"frames": len(rendered), "animations": len(animations)}
-    return Contribution(recipe.name, animations, statistics, single=single)
+    return Contribution(recipe.name, recipe, animations, statistics, single=single)

@@ -44,7 +44,7 @@ def field_marks(loaded: CheckedRecipe, context: BuildContext) -> dict[str, Field
                 f"{part.path}: has neither flakes nor motion blur, so no field is computed; "
                 f"take out flakes: none or motion_blur: none"
             )
-        for name, view in prepared(part.recipe, opened, len(loaded.parts), context):
+        for name, view in prepared(part, opened, len(loaded.parts), context):
             found[name] = _marks(view, context)
     return found
 

@@ -98,7 +98,7 @@ def _images(recipe: Recipe) -> Iterator[tuple[str, Role, Channels]]:
 
 def _animation_files(recipe: Recipe) -> Iterator[OutputNames]:
     """Yield the tracks, the light and the movies of each animation."""
-    is_one = recipe.views.count == 1 and not (
+    is_one = recipe.views.count == recipe.variants == 1 and not (
         recipe.atlas.members or recipe.changes_in_game or recipe.composite.listed_ramps
     )
     is_known = is_one and recipe.flakes != "none"

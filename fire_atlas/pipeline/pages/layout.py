@@ -216,7 +216,7 @@ def images(
                 draw = partial(draw_sprites, sheet, page, shown, edges, context.workers)
                 yield _image(sheet, file, "page", draw)
         else:
-            yield from _heat_pages(sheet, shown, edges)
+            yield from _heat_pages(sheet, shown, edges, context)
         for kind in kinds:
             yield from _map_images(kind, sheet, mapped, scale, edges, context)
     if content.heat is not None and sheets[0].heat is not None:
@@ -239,10 +239,12 @@ def _map_images(
         yield _image(sheet, file, "map", draw, is_data=kind.holds == "data")
 
 
-def _heat_pages(sheet: AtlasSheet, sprites: Sequence[Sprite], edges: Edges) -> Iterator[Image]:
+def _heat_pages(
+    sheet: AtlasSheet, sprites: Sequence[Sprite], edges: Edges, context: BuildContext
+) -> Iterator[Image]:
     """Yield pages of heat: of one channel, (H, W), if that has it all."""
     for i, page in enumerate(sheet.pages):
-        draw = partial(draw_page, sheet, i, sprites, edges, np.uint8)
+        draw = partial(draw_page, sheet, i, sprites, edges, np.uint8, context.workers)
         if sheet.heat is not None and sheet.heat.pixels == "heat":
             draw = partial(_first_channel, draw)
         yield _image(sheet, page.file, "page", draw, is_data=True)

@@ -27,7 +27,7 @@ FIRE = Fire(share=1.0, epsilon=0.0, alpha=1.0, candidate_count=100.0)
 ONE_FIRE = np.zeros((50, 60), np.uint8)
 EMITTER = EmitterSettings(
     seed=5, rate=120.0, burst_rate=0.0, burst_sparks=16.0, fires=(FIRE,),
-    life=(0.5, 1.5), size=(2.0, 8.0), height=200, fps=24.0,
+    life=(0.5, 1.5), size=(2.0, 8.0), height=200, fps=24.0, launch_speed=180.0,
 )  # fmt: skip
 
 

@@ -196,6 +196,8 @@ func press(job: Dictionary) -> Array:
 func _fire(kind: String, scene: String) -> Node:
 	var fire: Node = load(ADDON % kind).new()
 	fire.fire = load(scene)
+	fire.random_start = false
+	fire.speed_spread = 0.0
 	return fire
 
 

@@ -222,7 +222,7 @@ def test_every_reference_has_a_uid_and_every_script_and_shader_states_its_own(
     assert referred == {
         path.name for path in tmp_path.iterdir() if path.suffix in (".gd", ".gdshader")
     }  # fmt: skip
-    assert len(referred) == 4
+    assert len(referred) == 6
 
 
 def test_scripts_name_every_type_and_need_no_3d(tmp_path: Path) -> None:
@@ -230,7 +230,7 @@ def test_scripts_name_every_type_and_need_no_3d(tmp_path: Path) -> None:
     looked for in the text."""
     build(tmp_path, "fire")
     scripts = {path.name: path.read_text() for path in tmp_path.glob("*.gd")}
-    assert len(scripts) == 3
+    assert len(scripts) == 4
     for text in scripts.values():
         assert "QuadMesh" not in text
         declared = re.findall(r"\b(?:var|const) \w+(.*)", text)

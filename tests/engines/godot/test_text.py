@@ -31,7 +31,7 @@ def test_the_scripts_are_sound(program: str, tmp_path: Path) -> None:
     light = {"campfire": ClipLight(24, 60, 60, True, (FrameLight(np.ones(3), 30, 30, 1800),))}
     product = Product((sheet_of_fire(),), tracks, frozenset(), lambda name: None, lights=light)
     scripts = [file for file in exported_files(["godot"], product, {}) if file.name.endswith(".gd")]
-    assert len(scripts) == 3
+    assert len(scripts) == 4
     scripts += [file for file in addon_files() if file.name.endswith(".gd")]
     for file in scripts:
         (tmp_path / file.name).write_bytes(file.data)

@@ -252,8 +252,8 @@ def test_lamps_follow_every_animation(fire: PhasedFire) -> None:
     (player,) = (fields for kind, _, fields in prefab if kind == 114 and "lights" in fields)
     assert [light["state"] for light in player["lights"]] == list(fire.counts)
     script = files_of_package()["Runtime/FireAtlasPlayer.cs"]
-    for name in (BURNING, "burn", OUT):
-        assert f'Animator.StringToHash("{name}")' in script
+    assert f'Animator.StringToHash("{BURNING}")' in script
+    assert f'Burn = "burn", Out = "{OUT}"' in script
 
 
 @pytest.mark.parametrize("extinguish", ["none", 0.5])

@@ -57,16 +57,16 @@ class Player:
         return [table[1:].reshape(int(table[0]), 13) for table in tables]
 
 
-def compiled(script: Path, namespace: str = "FireAtlas") -> Path:
-    """Compile a player with the harness; warnings are errors."""
-    harness = script.parent / "Harness.cs"
-    text = (CSHARP / "Harness.cs").read_text(encoding="utf-8")
+def compiled(script: Path, namespace: str = "FireAtlas", harness: str = "Harness.cs") -> Path:
+    """Compile a player with a ``harness``; warnings are errors."""
+    text = (CSHARP / harness).read_text(encoding="utf-8")
     alias = f"using Player = {namespace}.{script.stem};\n\nstatic class"
-    harness.write_text(text.replace("static class", alias, 1), encoding="utf-8")
+    main_file = script.parent / harness
+    main_file.write_text(text.replace("static class", alias, 1), encoding="utf-8")
     program = script.with_suffix(".exe")
     done = subprocess.run(
         ["mcs", "-langversion:7.2", "-warn:4", "-warnaserror", f"-out:{program}",
-         str(script), str(CSHARP / "Stubs.cs"), str(CSHARP / "Private.cs"), str(harness)],
+         str(script), str(CSHARP / "Stubs.cs"), str(CSHARP / "Private.cs"), str(main_file)],
         capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr

@@ -20,7 +20,7 @@ const faults = [];
 const pages = new Map();
 for (const { html, ratio, time, size, file } of JSON.parse(readFileSync(list, "utf8"))) {
   if (!pages.has(ratio)) {
-    const context = await browser.newContext({ deviceScaleFactor: ratio, viewport: { width: 200, height: 200 } });
+    const context = await browser.newContext({ deviceScaleFactor: ratio, viewport: { width: 300, height: 200 } });
     pages.set(ratio, await context.newPage());
   }
   const page = pages.get(ratio), errors = [];

@@ -189,6 +189,14 @@ def test_a_muzzle_flash_is_a_star_for_a_moment_and_then_a_puff() -> None:
     assert len(lit) < 0.6 * (bottom - top + 1) * (right - left + 1)
 
 
+@pytest.mark.parametrize("name", ["campfire", "steam", "explosion"])
+def test_smoke_and_what_burns_are_as_large_as_the_frame(name: str) -> None:
+    """Also below the ground, where the gas ends."""
+    view = fire(4, fire=name, smoke=0.3, radius=0.2)
+    assert view.burning is not None
+    assert view.smoke(1).shape == view.burning(1).shape == view.frame(1).shape[:2]
+
+
 def test_a_view_from_the_back_is_the_mirror_image_of_light_without_smoke() -> None:
     view = fire()
     back = view.seen_by(fluid_camera(FluidSource.model_validate(SMALL), 180, 0))

@@ -4,6 +4,10 @@
 // play FILE                       what a player sets and announces over two rounds; its allocations
 // phases FILE                     the same of a player that puts out a fire and lights it: Burning as its
 //                                 Animator knows it, light, and how often it announced Lit and WentOut
+// apart [RANDOM SPREAD]           of twelve players of a loop, then of what plays once: where they begin, where
+//                                 they are an update later, the state, and the Animator's speed at speed 2
+// vary NUMBER STATE...            of twelve players of that variant, or of any (-1): the state in which each begins,
+//                                 whether it is mirrored, and how often it announced WentOut in that variant's "out"
 // arguments NAME...               the command line for recipes, then whether each name is a recipe
 // build COMMAND PROJECT NAME...   selects assets and builds them; "" selects none and builds all
 // stop COMMAND PROJECT NAME...    the same, cancelled at once
@@ -34,6 +38,8 @@ static class PackageHarness
             case "light": Light(rest[0], rest[1].Split(',')); break;
             case "play": Play(rest[0]); break;
             case "phases": Phases(rest[0]); break;
+            case "apart": foreach (bool loop in new[] { true, false }) Apart(loop, rest); break;
+            case "vary": Vary(rest[0], rest.Skip(1).ToArray()); break;
             case "arguments": Arguments(rest); break;
             default: Build(args[0], rest); break;
         }
@@ -76,6 +82,8 @@ static class PackageHarness
         Private.Set(player, "lights", new[] { new FireAtlasPlayer.StateLight { state = "fire", track = Asset(path), pivot = new Vector2(30, 54) } });
         Private.Set(player, "pixelsPerUnit", 50f);
         Private.Set(player, "state", "fire");
+        Private.Set(player, "randomStart", false);
+        Private.Set(player, "speedSpread", 0f);
         Private.Call(player, "OnEnable")();
         Action update = Private.Call(player, "Update"), late = Private.Call(player, "LateUpdate");
         player.Speed = 2;
@@ -124,6 +132,60 @@ static class PackageHarness
         Print(GC.CollectionCount(0) - collections);
     }
 
+    static void Apart(bool loop, string[] stated)
+    {
+        for (int i = 0; i < 12; i++)
+        {
+            var animator = new Animator { enabled = true };
+            animator.Current = new AnimatorStateInfo { shortNameHash = 7, loop = loop };
+            var player = new FireAtlasPlayer { enabled = true };
+            Private.Set(player, "animator", animator);
+            if (stated.Length > 0) Private.Set(player, "randomStart", bool.Parse(stated[0]));
+            if (stated.Length > 0) Private.Set(player, "speedSpread", float.Parse(stated[1], Plain));
+            Private.Call(player, "OnEnable")();
+            Action update = Private.Call(player, "Update"), late = Private.Call(player, "LateUpdate");
+            update();
+            float begun = animator.Current.normalizedTime;
+            player.Speed = 2;
+            update();
+            late();
+            Print(begun, animator.Current.normalizedTime, animator.Current.shortNameHash, animator.speed);
+        }
+    }
+
+    static void Vary(string variant, string[] variants)
+    {
+        for (int i = 0; i < 12; i++)
+        {
+            var animator = new Animator { enabled = true, Parameters = new[] { "Burning" } };
+            animator.Current = new AnimatorStateInfo { loop = true };
+            var sprite = new SpriteRenderer();
+            var player = new FireAtlasPlayer { enabled = true };
+            Private.Set(player, "animator", animator);
+            Private.Set(player, "sprite", sprite);
+            Private.Set(player, "randomMirror", true);
+            Private.Set(player, "variant", int.Parse(variant));
+            Private.Set(player, "variants", variants);
+            Private.Call(player, "OnEnable")();
+            Action update = Private.Call(player, "Update"), late = Private.Call(player, "LateUpdate");
+            update();
+            late();
+            string begun = Name(animator, variants);
+            int went = 0;
+            player.WentOut.AddListener(() => went++);
+            player.Extinguish();
+            update();
+            animator.Play(begun.Replace("burn", "out"));
+            late();
+            Console.WriteLine("{0} {1} {2}", begun, sprite.flipX, went);
+        }
+    }
+
+    static string Name(Animator animator, string[] names)
+    {
+        return names.First(name => Animator.StringToHash(name) == animator.Current.shortNameHash);
+    }
+
     static void Phases(string path)
     {
         int parameter = Animator.StringToHash("Burning");
@@ -133,6 +195,8 @@ static class PackageHarness
         Private.Set(player, "animator", animator);
         Private.Set(player, "lamp", lamp);
         Private.Set(player, "lights", new[] { new FireAtlasPlayer.StateLight { state = "burn", track = Asset(path) } });
+        Private.Set(player, "randomStart", false);
+        Private.Set(player, "speedSpread", 0f);
         Private.Call(player, "OnEnable")();
         Action update = Private.Call(player, "Update"), late = Private.Call(player, "LateUpdate");
         int lit = 0, out_ = 0;

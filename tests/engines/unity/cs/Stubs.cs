@@ -135,6 +135,7 @@ namespace UnityEngine
         public AnimatorStateInfo GetCurrentAnimatorStateInfo(int layer) { return Current; }
         public void SetBool(int id, bool value) { Bools[id] = value; }
         public void SetBool(string name, bool value) { SetBool(StringToHash(name), value); }
+        public void Update(float deltaTime) { }
         public void Play(string stateName) { Play(StringToHash(stateName), -1, 0); }
 
         public void Play(int stateNameHash, int layer, float normalizedTime)
@@ -239,6 +240,14 @@ namespace UnityEngine
     public static partial class Application
     {
         public static bool isPlaying { get; set; }
+    }
+
+    public static class Random
+    {
+        static readonly System.Random Numbers = new System.Random(1);
+        public static float value { get { return (float)Numbers.NextDouble(); } }
+        public static int Range(int minInclusive, int maxExclusive) { return Numbers.Next(minInclusive, maxExclusive); }
+        public static float Range(float minInclusive, float maxInclusive) { return Mathf.Lerp(minInclusive, maxInclusive, value); }
     }
 
     public static class Time
