@@ -126,10 +126,10 @@ def inspect_atlas(atlas: Path | str) -> Inspection:
         FireAtlasError: It is no atlas, or one of its files is missing or damaged.
     """
     found = with_singles_played(read_atlas(Path(atlas)))
-    return inspection_of(found, _sentences(found))
+    return inspection_of(found, sentences_on(found))
 
 
-def _sentences(atlas: AtlasFile) -> BuildSentences:
+def sentences_on(atlas: AtlasFile) -> BuildSentences:
     """Return what the manifest beside an atlas says of its build; nothing if it is missing.
 
     Raises:
@@ -175,5 +175,6 @@ def write_preview(
     if not overwrite and not is_preview(target, kind):
         refuse_existing([target])
     played = as_played(read_atlas(Path(atlas)), kind)
-    write_whole(target, preview_of(played, kind, color), lambda note: None)
+    budget = sentences_on(played).budget if kind == "page" else None
+    write_whole(target, preview_of(played, kind, color, budget=budget), lambda note: None)
     return target

@@ -276,13 +276,14 @@ def _regions(
     unit: int,
 ) -> list[Region]:
     frames = [
-        (animation, sprite, animation.named[i] if animation.named else None)
+        (animation, i, animation.named[i] if animation.named else None)
         for animation in animations
-        for i, sprite in enumerate(animation.sprites)
+        for i in range(len(animation.sprites))
     ]
     regions = []
     placed = zip(names, frames, parts, packing.places, strict=True)
-    for name, (animation, sprite, named), part, place in placed:
+    for name, (animation, i, named), part, place in placed:
+        sprite = animation.sprites[i]
         width, height = up_to(unit, sprite.frame_width), up_to(unit, sprite.frame_height)
         foot = animation.foot and _snapped(animation.foot, unit)
         pivot = settings.pivot if named is None else _pivot_of(named, settings.pivot)
@@ -301,7 +302,7 @@ def _regions(
                 frame_width=width,
                 frame_height=height,
                 anchor=(x / width, y / height),
-                duration=animation.duration,
+                duration=animation.duration_of(i),
                 border=None if named is None else _border_in(width, height, sprite, named),
             )
         )

@@ -78,6 +78,7 @@ class AnimationFrames:
             place.
         named: Of the user's sprites, what each frame has of its own; empty for other frames.
         margin: Empty px kept around its trimmed frames.
+        holds: How many of these durations each frame is shown for; empty: one.
         variant: Number of the variant of its fire that it is of; None if that has one only.
     """
 
@@ -89,7 +90,12 @@ class AnimationFrames:
     frames_per_place: int = 1
     named: tuple[NamedSprite, ...] = ()
     margin: int = 0
+    holds: tuple[int, ...] = ()
     variant: int | None = None
+
+    def duration_of(self, i: int) -> float:
+        """Return the duration of frame ``i``, ms."""
+        return self.duration * self.holds[i] if self.holds else self.duration
 
 
 @dataclass(frozen=True, slots=True)

@@ -280,6 +280,7 @@ def _add_inspect(commands: _Commands) -> _Parser:
     for name, about in (
         ("pages", "sizes, frames, occupancy, safe mip levels"),
         ("memory", "what each image and texture takes on a GPU"),
+        ("budget", "what it was spent on, and what others would give"),
         ("frames", "of each animation: length, rate, sizes, pivot"),
         ("overdraw", "what a renderer draws of each animation"),
         ("loops", "how well each loop closes"),

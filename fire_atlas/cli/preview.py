@@ -4,6 +4,7 @@ from argparse import Namespace
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
+from fire_atlas.api import sentences_on
 from fire_atlas.cli.arguments import refuse_build_options
 from fire_atlas.cli.progress import BuildView, view_for
 from fire_atlas.cli.temporary_build import BuiltAtlas, temporary_build
@@ -27,7 +28,8 @@ def run(args: Namespace) -> int:
     view.begin(args.subject)
     with _atlas(tree, args, view) as built:
         atlas = as_played(read_atlas(built.path), args.kind)
-        data = preview_of(atlas, args.kind, background, built.clip, built.field)
+        budget = sentences_on(atlas).budget if args.kind == "page" else None
+        data = preview_of(atlas, args.kind, background, built.clip, built.field, budget)
     if args.out is None:
         make_folder(target.parent)
     _refuse_taken(target, args)  # it may have come meanwhile
@@ -53,7 +55,9 @@ def _default_target(args: Namespace, name: str) -> Path:
 def _tree(args: Namespace) -> RecipeTree | None:
     """Return the recipe to build; None if the subject is an atlas."""
     if is_recipe(args.subject):
-        tree = read_tree(args.subject, [*args.overrides, "exports=[json]", "tracks=[json]"])
+        tree = read_tree(args.subject, [*args.overrides, "exports=[json]"])
+        if tree.value(("fit",)) in (None, "none"):  # a budget has no tracks
+            tree = read_tree(args.subject, [*args.overrides, "exports=[json]", "tracks=[json]"])
         return as_draft(tree)
     why = "needs a recipe; an atlas that is built stays as it is"
     refuse_build_options(args, {"--field": args.field}, why)

@@ -1,6 +1,6 @@
 """Build a recipe: the whole pipeline from recipe to output files in one function."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -39,6 +39,7 @@ from fire_atlas.pipeline.input.open import (
 )
 from fire_atlas.pipeline.pages.content import build_statistics, page_content
 from fire_atlas.pipeline.pages.layout import images, pack
+from fire_atlas.recipe.load import LoadedRecipe
 from fire_atlas.recipe.located import located
 
 
@@ -92,9 +93,17 @@ def build(
                     opened = open_input(part, context)
                 contributions.append(contribute(part, opened, cells, ramps, context))
             files += input_files(opened, part)
-        content = page_content(contributions, loaded, context)
+        packed: LoadedRecipe = loaded
+        if recipe.budget is not None:
+            from fire_atlas.pipeline.fit.fit import fit
+
+            with located(loaded.tree):
+                fitted, atlas = fit(contributions[0], recipe, recipe.budget, context)
+            contributions = [fitted]
+            packed = replace(loaded, recipe=recipe.model_copy(update={"atlas": atlas}))
+        content = page_content(contributions, packed, context)
         with timer.measure("pack"):
-            sheets = pack(loaded, content, context)
+            sheets = pack(packed, content, context)
         with timer.measure("write"):
             sheets = at_their_places(sheets, recipe.exports, out, progress)
             drawn = images(sheets, content, recipe.atlas, recipe.maps, context)

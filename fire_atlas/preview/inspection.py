@@ -11,6 +11,7 @@ from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.formats.atlas.texture_packer import AtlasFile
 from fire_atlas.formats.tracks.tracks_json import read_all_tracks
 from fire_atlas.maps.vectors.encoding import motion_encoding
+from fire_atlas.preview.budget import Budget
 from fire_atlas.preview.figures import PageUse, page_use
 from fire_atlas.preview.loops import figures_of_loops
 from fire_atlas.preview.memory import TextureUse, texture_uses
@@ -111,7 +112,8 @@ class Inspection:
         loops: Figures of the loops that were measured, by name.
         maps: Maps beside the pages.
         flakes: Flakes of the animations whose tracks are beside the atlas, by name.
-        sentences: What the manifest says.
+        budget: What a budget was spent on, as the manifest says; None without one.
+        sentences: What it says besides.
     """
 
     path: Path
@@ -124,6 +126,7 @@ class Inspection:
     loops: Mapping[str, tuple[Figure, ...]]
     maps: tuple[MapFigures, ...]
     flakes: Mapping[str, FlakeFigures]
+    budget: Budget | None
     sentences: BuildSentences
 
     def as_json(self) -> dict[str, Any]:
@@ -153,6 +156,7 @@ def inspection_of(atlas: AtlasFile, sentences: BuildSentences) -> Inspection:
         loops={name: tuple(figures) for name, figures in figures_of_loops(atlas).items()},
         maps=tuple(_maps(atlas)),
         flakes={name: _flakes(tracks) for name, tracks in read_all_tracks(atlas).items()},
+        budget=sentences.budget,
         sentences=sentences,
     )
 

@@ -11,6 +11,7 @@ from fire_atlas.core.errors import RecipeError
 from fire_atlas.formats.atlas.texture_packer import AtlasFile
 from fire_atlas.formats.output_names import flakes_file
 from fire_atlas.formats.tracks.tracks_json import read_all_tracks, read_tracks
+from fire_atlas.preview.budget import Budget
 from fire_atlas.preview.field_data import FieldData
 from fire_atlas.preview.field_marks import FieldMarks
 from fire_atlas.preview.graph import in_playing_order
@@ -35,6 +36,7 @@ def preview_of(
     background: Color | None,
     clip: Clip | None = None,
     field: Mapping[str, FieldMarks] | None = None,
+    budget: Budget | None = None,
 ) -> bytes:
     """Return the preview of an atlas.
 
@@ -45,16 +47,18 @@ def preview_of(
             animated picture transparent.
         clip: For a contact sheet: the clip of its source, if that is known.
         field: For a page: marks of the analysis, by animation.
+        budget: For a page: what a budget was spent on.
     """
     if kind != "page" and kind != "sheet":
         return animated_image(atlas, kind, background)
     assert background is not None
     match kind:
         case "page":
-            return preview_page(atlas, read_all_tracks(atlas), background, FieldData(field or {}))
+            tracks, marks = read_all_tracks(atlas), FieldData(field or {})
+            return preview_page(atlas, tracks, background, marks, budget)
         case "sheet":
-            tracks = read_tracks(atlas.path.with_name(flakes_file(atlas.path.stem, "json")))
-            return contact_sheet(atlas, tracks, clip, background)
+            flakes = read_tracks(atlas.path.with_name(flakes_file(atlas.path.stem, "json")))
+            return contact_sheet(atlas, flakes, clip, background)
 
 
 def is_preview(path: Path, kind: PreviewKind) -> bool:

@@ -4,16 +4,13 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Self
 
-from fire_atlas.atlas.sheet import AtlasSheet
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.statistics import read_figures
 from fire_atlas.formats.atlas.texture_packer import AtlasFile
 from fire_atlas.formats.pages.colour_error import ColourError
 from fire_atlas.formats.textures.error import TextureError
+from fire_atlas.formats.textures.memory import image_memories
 from fire_atlas.formats.textures.texture_file import read_texture
-
-UNCOMPRESSED = {"r8": 1, "rgba8": 4, "rgba16": 8, "rgba16f": 8}
-"""Bytes of a pixel of the uncompressed formats: of pages, and of light as half floats."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,28 +65,17 @@ def texture_uses(atlas: AtlasFile, errors: ImageErrors) -> Iterator[TextureUse]:
     Raises:
         SourceError: A texture is missing, damaged, or not as the atlas states.
     """
-    sheet = atlas.sheet
-    for number, page in enumerate(sheet.pages):
-        for image in sheet.images(number):
-            textures = sheet.textures_of(image)
-            levels = max((texture.levels for texture in textures), default=1)
-            sizes = ((max(page.width >> i, 1), max(page.height >> i, 1)) for i in range(levels))
-            kept = _kept_as(sheet, image)
-            memory = sum(width * height * UNCOMPRESSED[kept] for width, height in sizes)
-            lossy = errors.pages.get(image)
-            yield TextureUse(image, kept, levels, memory, lossy.psnr if lossy else None)
-            for texture in textures:
-                yield _compressed(atlas, texture.file, (page.width, page.height), errors)
-
-
-def _kept_as(sheet: AtlasSheet, image: str) -> str:
-    """Return how an image's pixels are kept uncompressed."""
-    if image.endswith(".exr"):
-        return "rgba16f"
-    if sheet.heat and sheet.heat.pixels == "heat" and image in {page.file for page in sheet.pages}:
-        return "r8"
-    found = sheet.map_of(image)
-    return "rgba16" if sheet.bits == 16 and not (found and found.is_data) else "rgba8"
+    of_page = {
+        image: page for i, page in enumerate(atlas.sheet.pages) for image in atlas.sheet.images(i)
+    }
+    of_texture = {texture.file: of_page[texture.image] for texture in atlas.sheet.gpu}
+    for kept in image_memories(atlas.sheet):
+        if page := of_texture.get(kept.file):
+            yield _compressed(atlas, kept.file, (page.width, page.height), errors)
+        else:
+            lossy = errors.pages.get(kept.file)
+            psnr = lossy.psnr if lossy else None
+            yield TextureUse(kept.file, kept.format, kept.levels, kept.size, psnr)
 
 
 def _compressed(

@@ -25,6 +25,7 @@ from fire_atlas.formats.atlas.texture_packer import AtlasFile
 from fire_atlas.formats.pages.page_file import read_page_file
 from fire_atlas.formats.templates.jinja import environment
 from fire_atlas.maps.vectors.encoding import motion_encoding
+from fire_atlas.preview.budget import Budget
 from fire_atlas.preview.cut_frames import cells_named, colour_pages, shown_alpha, shown_page
 from fire_atlas.preview.field_data import FieldData
 from fire_atlas.preview.figures import page_use, range_text, safe_mip, span, value_text
@@ -105,7 +106,11 @@ def is_preview_page(path: Path) -> bool:
 
 
 def preview_page(
-    atlas: AtlasFile, tracks: Mapping[str, Tracks], background: Color, field: FieldData
+    atlas: AtlasFile,
+    tracks: Mapping[str, Tracks],
+    background: Color,
+    field: FieldData,
+    budget: Budget | None = None,
 ) -> bytes:
     """Return the page as HTML.
 
@@ -114,6 +119,7 @@ def preview_page(
         tracks: Flakes of each animation that has any, by its name.
         background: The first colour in the choice of backgrounds.
         field: Marks of the analysis.
+        budget: What a budget was spent on; None without one.
 
     Raises:
         SourceError: The file of a page or map is missing, or is not as the atlas states.
@@ -174,6 +180,7 @@ def preview_page(
         space=_SPACES[atlas.sheet.blend_space],
         formula=_FORMULAS[shown_alpha(atlas.sheet)],
         shades={first: first, **{k: v for k, v in _BACKGROUNDS.items() if v != first}},
+        budget=budget,
         keyboard=_KEYBOARD,
         more=more,
         data=_json_in_html({**data, "isPixelArt": has_hard_pixels}),

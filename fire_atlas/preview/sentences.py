@@ -7,6 +7,7 @@ from typing import Any, Self
 from fire_atlas.core.statistics import by_animation, read_figures
 from fire_atlas.heat.encode import HeatError
 from fire_atlas.maps.vectors.cross_validation import ValidationReport, read_reports
+from fire_atlas.preview.budget import Budget
 from fire_atlas.preview.memory import ImageErrors
 
 _VISIBLE_HUE = 6.0
@@ -22,6 +23,7 @@ class BuildSentences:
         blends: Of frames of cross-fades; they follow the table of loops.
         motion: Of motion vectors; they follow the table of maps.
         flakes: Of flakes; they follow it too.
+        budget: What a budget was spent on; None without one.
         images: How far lossy pages and compressed textures are from what was drawn.
     """
 
@@ -29,6 +31,7 @@ class BuildSentences:
     blends: tuple[str, ...] = ()
     motion: tuple[str, ...] = ()
     flakes: tuple[str, ...] = ()
+    budget: Budget | None = None
     images: ImageErrors = field(default_factory=lambda: ImageErrors({}, {}))
 
     def all(self) -> Iterator[str]:
@@ -53,6 +56,7 @@ class BuildSentences:
             blends=tuple(_blend_sentences(statistics)),
             motion=tuple(motion),
             flakes=tuple(_flake_sentences(statistics)),
+            budget=Budget.read(statistics),
             images=images,
         )
 

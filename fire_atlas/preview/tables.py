@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from fire_atlas.effect.flakes.statistics import Figure
+from fire_atlas.formats.textures.memory import UNCOMPRESSED
 from fire_atlas.preview.figures import range_text, safe_mip, value_text
 from fire_atlas.preview.inspection import AnimationFigures, Inspection, MapFigures, PageFigures
-from fire_atlas.preview.memory import UNCOMPRESSED
 from fire_atlas.preview.overdraw import Overdraw
 from fire_atlas.preview.sentences import BuildSentences
 
@@ -27,6 +27,7 @@ def summary(found: Inspection) -> Iterator[str]:
     lines = {
         "pages": [*_some(found.pages, _page_line, "--pages"), *_grid(found)],
         "memory": [", ".join(_memories(found))],
+        "budget": [found.budget.sentence()] if found.budget else [],
         "frames": _some(found.animations, _frames_line, "--frames"),
         "overdraw": [_overdraw_line(found)],
         "loop": _some(list(found.loops.items()), lambda loop: _loop_line(*loop), "--loops"),
@@ -175,6 +176,13 @@ def _memory(found: Inspection) -> Detail:
     return Detail(heads, tuple(rows), captions if has_errors else ())
 
 
+def _budget(found: Inspection) -> Detail:
+    if found.budget is None:
+        return Detail((), ())
+    heads = ("budget", "frames", "height", "memory", "off the whole", "")
+    return Detail(heads, tuple(found.budget.rows()), (found.budget.sentence(),))
+
+
 def _frames(found: Inspection) -> Detail:
     rows = [
         (
@@ -298,6 +306,7 @@ def _flakes(found: Inspection) -> Detail:
 DETAILS: Mapping[str, Callable[[Inspection], Detail]] = {
     "pages": _pages,
     "memory": _memory,
+    "budget": _budget,
     "frames": _frames,
     "overdraw": _overdraw,
     "loops": _loops,

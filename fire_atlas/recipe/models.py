@@ -1,5 +1,6 @@
 """The model of a whole recipe."""
 
+import math
 from collections.abc import Iterator
 from typing import Annotated, Any, Literal, Self
 
@@ -16,6 +17,7 @@ from fire_atlas.recipe.effect import (
     MotionBlur,
     MotionBlurOrNone,
 )
+from fire_atlas.recipe.fit import READY_BUDGETS, Fit, FitOrNone
 from fire_atlas.recipe.fluid import FluidSource
 from fire_atlas.recipe.output import GODOT_BLEED, Atlas, Export, Maps, MovieName, TrackName
 from fire_atlas.recipe.phases import PhasesOrNone
@@ -77,6 +79,11 @@ class Recipe(Settings):
     """How the flakes are composited onto the flame."""
     atlas: Atlas = Atlas()
     """The pages: packing, pixels and sizes."""
+    fit: FitOrNone = "none"
+    """A budget for the pages, in which the tool chooses the height of frames and which are kept.
+    ``roblox``: a grid of 2 × 2, 4 × 4 or 8 × 8 frames on at most 1024 px; ``unity-mobile``: a page
+    of at most 2048 px and 4 MiB; ``vrchat``: of 2048 px and 8 MiB; ``web``: of 4096 px and 16 MiB.
+    ``none``: pages are as large as the effect is."""
     maps: Maps = Maps()
     """Further images beside the pages: motion vectors and layers."""
     exports: Annotated[tuple[Export, ...], LIST, DIFFERENT] = ("json",)
@@ -96,6 +103,11 @@ class Recipe(Settings):
         """Whether frames or flakes are drawn in hard pixels."""
         nearest = isinstance(self.source, FramesSource) and self.source.sampling == "nearest"
         return nearest or (self.flakes != "none" and self.flakes.sprite == "pixel")
+
+    @property
+    def budget(self) -> Fit | None:
+        """The budget of its pages, if it has one."""
+        return self.fit if isinstance(self.fit, Fit) else None
 
     @property
     def has_fire(self) -> bool:
@@ -181,6 +193,8 @@ class Recipe(Settings):
             yield from _against_levels(self)
         if self.phases != "none":
             yield from _against_phases(self)
+        if self.budget is not None:
+            yield from _against_fit(self, self.budget)
         if self.variants > 1:
             yield from _against_variants(self)
         if isinstance(self.source, FramesSource) and self.views != Views():
@@ -229,6 +243,24 @@ class Recipe(Settings):
         if isinstance(source, dict) and source.get("kind") == "sprites":
             return {"flakes": "none", "motion_blur": "none", **given}
         return given
+
+    @model_validator(mode="before")
+    @classmethod
+    def _pages_within_budget(cls, given: Any) -> Any:
+        """Give ``atlas.max_size`` and ``atlas.max_pages`` their defaults by ``fit``, whose frames
+        have no tracks."""
+        if not isinstance(given, dict):
+            return given
+        fit, atlas = given.get("fit"), given.get("atlas", {})
+        if isinstance(fit, str) and fit in READY_BUDGETS and isinstance(atlas, dict):
+            fit, pages = READY_BUDGETS[fit]
+            atlas = {**pages, **atlas}
+        if not (isinstance(fit, dict) and isinstance(atlas, dict)):
+            return given
+        if fit.get("page") is not None:
+            atlas = {"max_size": fit["page"], **atlas}
+        atlas = {"max_pages": fit.get("pages") or 1, **atlas}
+        return {"tracks": (), **given, "fit": fit, "atlas": atlas}
 
     @model_validator(mode="before")
     @classmethod
@@ -422,6 +454,92 @@ def _against_phases(recipe: Recipe) -> Iterator[Problem]:
             ("flakes", "rounds"),
             "with phases the flakes repeat with their loop, so that those that fly when it is left "
             "fly on; remove it",
+        )
+
+
+def _against_fit(recipe: Recipe, fit: Fit) -> Iterator[Problem]:
+    """Yield what cannot be combined with ``fit``."""
+    atlas = recipe.atlas
+    if fit.page is not None and atlas.max_size > fit.page:
+        yield Problem(
+            ("atlas", "max_size"),
+            f"lets pages be larger than fit.page, {fit.page}; remove one of them",
+        )
+    if fit.pages is not None and (atlas.max_pages == "none" or atlas.max_pages > fit.pages):
+        yield Problem(
+            ("atlas", "max_pages"),
+            f"lets there be more pages than fit.pages, {fit.pages}; remove one of them",
+        )
+    if not recipe.has_fire or atlas.members:
+        what = "atlas.members share pages, and" if atlas.members else "sprites are only packed, and"
+        yield Problem(
+            ("fit",), f"{what} none of them is to be made smaller or left out; remove fit"
+        )
+    if recipe.wind.levels:
+        yield Problem(
+            ("fit",),
+            "leaves out frames, by whose numbers a game changes the wind; remove it, or give the "
+            "fire one wind.level",
+        )
+    if recipe.phases != "none":
+        yield Problem(
+            ("fit",),
+            "leaves out frames, by whose numbers a game lights the fire and puts it out; remove "
+            "it, or phases",
+        )
+    if recipe.variants > 1:
+        yield Problem(
+            ("fit",),
+            "leaves out the same frames of all animations, but variants are fires of their own; "
+            "remove it, or variants",
+        )
+    for name, value in recipe.maps:
+        if value not in (False, "none"):
+            yield Problem(
+                ("maps", name),
+                "is made for every frame in its full size, but fit makes frames smaller and leaves "
+                "some out; remove one of them",
+            )
+    if recipe.tracks:
+        yield Problem(
+            ("tracks",),
+            "state every frame, in px of its full size, but fit makes frames smaller and leaves "
+            "some out; remove tracks, or fit",
+        )
+    if recipe.flakes != "none" and recipe.flakes.own_texture is not None:
+        yield Problem(
+            ("flakes", "texture"),
+            "is drawn by clients along the flakes' tracks, which fit leaves out; remove one of "
+            "them",
+        )
+    if recipe.flakes != "none" and not recipe.flakes.bake:
+        yield Problem(
+            ("flakes", "bake"),
+            "false leaves the flakes to their tracks, which fit leaves out: they were lost; remove "
+            "one of them",
+        )
+    if atlas.scales != (1.0,):
+        yield Problem(("atlas", "scales"), "are further sizes, but fit chooses one; remove them")
+    if atlas.bits == 16:
+        yield Problem(("atlas", "bits"), "must be 8 with fit; leave it out, or remove fit")
+    if atlas.pixels == "heat4":
+        yield Problem(
+            ("atlas", "pixels"),
+            "lays four consecutive frames in one cell, but fit leaves single ones out; use heat or "
+            "color",
+        )
+    if atlas.layout == "grid" and isinstance(fit.cells, tuple):
+        for count in fit.cells:
+            if math.isqrt(count) ** 2 != count:
+                yield Problem(
+                    ("fit", "cells"),
+                    f"{count} cells are no grid with as many columns as rows; use 4, 16 or 64, or "
+                    f"one number, the largest",
+                )
+    if atlas.layout == "grid" and atlas.grid is not None:
+        yield Problem(
+            ("atlas", "grid"),
+            "states the number of cells, which fit chooses; remove it, and state fit.cells",
         )
 
 

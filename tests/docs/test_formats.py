@@ -77,6 +77,11 @@ RECIPES: dict[str, dict[str, Any]] = {
         "tracks": ["json", "light"],
         "movies": ["gif"],
     },
+    "budget": {
+        "source": CAMPFIRE,
+        "fit": {"memory": 0.05},
+        "exports": ["json", "godot"],
+    },
     "winds": {
         "source": SILK,
         "timeline": {"frames": 6},

@@ -45,6 +45,7 @@ class FinishedAnimation:
         frames_per_place: Number of consecutive frames whose sprites are the same, with the heat of
             each in a channel of its own.
         named: Of sprites, what each frame has of its own; empty for the frames of a clip.
+        holds: For how many frames' time each frame is shown; empty: for one.
         statistics: Figures about the clip and its flakes, for the manifest.
         variant: Number of the variant of its fire that it is of; None if that has one only.
     """
@@ -61,6 +62,7 @@ class FinishedAnimation:
     camera: Camera | None = None
     frames_per_place: int = 1
     named: tuple[NamedSprite, ...] = ()
+    holds: tuple[int, ...] = ()
     statistics: Mapping[str, Any] = field(default_factory=dict)
     variant: int | None = None
 
@@ -70,7 +72,7 @@ class FinishedAnimation:
         sprites = tuple(frame.sprites[0] for frame in self.frames)
         return AnimationFrames(
             name, sprites, 1000 / self.fps, self.loop, self.foot, self.frames_per_place, self.named,
-            margin, self.variant,
+            margin, self.holds, self.variant,
         )  # fmt: skip
 
     def all_statistics(self) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from fire_atlas.atlas.sheet import AtlasSheet, StateGraph
 from fire_atlas.core.context import BuildContext
 from fire_atlas.core.cpu import cpu_class
 from fire_atlas.core.statistics import figures_entry
+from fire_atlas.formats.textures.memory import memory_by_format
 from fire_atlas.pipeline.animation.contribution import (
     Contribution,
     FinishedAnimation,
@@ -77,14 +78,15 @@ def build_statistics(
     sheet: AtlasSheet,
     images: Mapping[str, Any],
 ) -> dict[str, Any]:
-    """Return statistics of pages, of ``images`` by file, of heat by animation, of each recipe,
-    and the CPU class."""
+    """Return statistics of pages and their memory, of ``images`` by file, of heat by animation, of
+    each recipe, and the CPU class."""
     area = sum(page.width * page.height for page in sheet.pages)
     places = {(region.page, region.x, region.y): region for region in sheet.placed}
     used = sum(region.width * region.height for region in places.values())
     of_all = {
         "pages": [[page.width, page.height] for page in sheet.pages],
         "occupancy": round(used / area, 4),
+        "memory": memory_by_format(sheet),
         **images,
         **figures_entry("heat_error", content.heat.errors if content.heat else {}),
         "cpu": cpu_class(),

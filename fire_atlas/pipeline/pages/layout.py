@@ -64,27 +64,9 @@ def pack(
         OutputError: A frame is too large for a page, or there are more pages than
             ``atlas.max_pages``.
     """
-    name, atlas, maps = loaded.recipe.name, loaded.recipe.atlas, loaded.recipe.maps
-    animations, textures = content.animations, content.textures
-    kinds, mapped = kinds_in(maps), list(animations.values())
-    around = max((_margin(kind, mapped) for kind in kinds), default=0)
-    singles = [
-        sprite.for_pages(max(around, _trim_margin(atlas, has_hard_edges=True)))
-        for sprite in content.single
-    ]
-    packed = [
-        animation.frames_for_pages(
-            title, max(around, _trim_margin(atlas, animation.has_hard_edges))
-        )
-        for title, animation in animations.items()
-    ]
-    cells = [
-        texture.frames_for_pages(title, packed[0].duration) for title, texture in textures.items()
-    ]
-    sheets = build_sheets(
-        name, packed, atlas,
-        singles=singles, textures=cells, shares=maps == Maps(),
-    )  # fmt: skip
+    recipe, animations, textures = loaded.recipe, content.animations, content.textures
+    atlas, maps, mapped = recipe.atlas, recipe.maps, list(animations.values())
+    sheets = placed(recipe, content)
     _refuse_split(sheets[0], textures)
     if len(sheets[0].pages) > 1:
         from fire_atlas.pipeline.pages.page_count import check_page_count
@@ -96,7 +78,7 @@ def pack(
             f"{largest.width}x{largest.height} px are more than many phones load, "
             f"{_PHONE_SIDE} px a side: atlas.max_size: {_PHONE_SIDE} keeps to that"
         )
-    if _darkens_by_day(loaded.recipe, mapped):
+    if _darkens_by_day(recipe, mapped):
         context.progress.note(
             "atlas.alpha: straight, the default, hides what is behind thin fire, so that it "
             "darkens a bright background; premultiplied adds its light, in clients that blend it "
@@ -106,10 +88,41 @@ def pack(
         from fire_atlas.pipeline.pages.page_count import note_empty_cells
 
         note_empty_cells(sheets[0], (atlas.grid.columns, atlas.grid.rows), context)
-    around = max(around, _trim_margin(atlas, has_hard_edges=True))
+    around = max(_margin_of_maps(maps, mapped), trim_margin(atlas, has_hard_edges=True))
     sheets = _with_meshes(sheets, content, around, atlas, context)
     sheets = tuple(with_maps(content.described(sheet), mapped, maps) for sheet in sheets)
     return tuple(with_textures(sheet, atlas) for sheet in sheets)
+
+
+def placed(recipe: Recipe, content: PageContent) -> tuple[AtlasSheet, ...]:
+    """Return where all frames lie on the pages of each scale, without maps, meshes and textures.
+
+    Raises:
+        OutputError: A frame is too large for a page.
+    """
+    atlas, animations = recipe.atlas, content.animations
+    around = _margin_of_maps(recipe.maps, list(animations.values()))
+    singles = [
+        sprite.for_pages(max(around, trim_margin(atlas, has_hard_edges=True)))
+        for sprite in content.single
+    ]
+    packed = [
+        animation.frames_for_pages(title, max(around, trim_margin(atlas, animation.has_hard_edges)))
+        for title, animation in animations.items()
+    ]
+    cells = [
+        texture.frames_for_pages(title, packed[0].duration)
+        for title, texture in content.textures.items()
+    ]
+    return build_sheets(
+        recipe.name, packed, atlas,
+        singles=singles, textures=cells, shares=recipe.maps == Maps(),
+    )  # fmt: skip
+
+
+def _margin_of_maps(maps: Maps, animations: Sequence[FinishedAnimation]) -> int:
+    """Return how many px around all frames the maps need."""
+    return max((_margin(kind, animations) for kind in kinds_in(maps)), default=0)
 
 
 def _darkens_by_day(recipe: Recipe, animations: Sequence[FinishedAnimation]) -> bool:
@@ -129,7 +142,7 @@ def _margin(kind: MapKind, animations: Sequence[FinishedAnimation]) -> int:
     return maker_of(kind).margin([animation.maps[kind.name] for animation in animations])
 
 
-def _trim_margin(atlas: Atlas, has_hard_edges: bool) -> int:
+def trim_margin(atlas: Atlas, has_hard_edges: bool) -> int:
     """Return how many empty px trimming keeps around frames."""
     if atlas.trim_margin != "auto":
         return atlas.trim_margin
