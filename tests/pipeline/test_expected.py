@@ -95,8 +95,8 @@ def test_what_no_build_of_a_recipe_writes_is_not_among_them(name: str, repo: Rep
 
 RUN = (".cs", ".gd", ".dll", ".exe", ".so", ".dylib", ".js", ".py", ".bat", ".asmdef")
 SCRIPTS = re.compile(
-    r"fire_(flakes|heat)\.cs|My\.Fires\.asmdef"
-    r"|fire_(flakes|flake_tracks|flakes_3d|haze|heat|light|wind)\.gd"
+    r"fire_(flakes|heat|start)\.cs|My\.Fires\.asmdef"
+    r"|fire_(flakes|flake_tracks|flakes_3d|haze|heat|light|motion|phases|start|wind)\.gd"
 )
 
 
