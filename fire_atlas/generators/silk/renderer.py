@@ -215,12 +215,13 @@ class SilkRenderer:
         light = np.zeros((height, width, 3), np.float32)
         medium = raster.Medium(height * width)
         batches = self._batches()
-        kept: list[_FlameFragments] = []  # others are drawn anew
+        kept: list[_FlameFragments] = []  # the first ones; others are drawn anew
         room = _MOST_KEPT
         for sheets in batches:
             flame = self._flame(i, sheets, camera, intruders)
             medium.add(flame.pixel, flame.depth, flame.thickness)
-            if len(kept) * _BATCH == sheets.start and (room := room - len(flame.pixel)) >= 0:
+            room -= len(flame.pixel)
+            if room >= 0:
                 kept.append(flame)
         before = medium.before()
         for n, sheets in enumerate(batches):

@@ -105,11 +105,7 @@ def as_first(variant: Recipe, first: Recipe) -> Recipe:
 
 
 def joined(variants: Sequence[Contribution], recipe: Recipe) -> Contribution:
-    """Return what the variants of a recipe contribute together.
-
-    Raises:
-        RecipeError: One of several cuts of a clip plays once.
-    """
+    """Return what the variants of a recipe contribute together."""
     animations, others = dict[str, FinishedAnimation](), dict[str, dict[str, Any]]()
     for number, variant in enumerate(variants):
         for name, animation in variant.animations.items():
@@ -134,7 +130,11 @@ def joined(variants: Sequence[Contribution], recipe: Recipe) -> Contribution:
 
 
 def require_loops(variants: Sequence[Contribution], recipe: Recipe) -> None:
-    """Refuse cuts of a clip of which one was found to play once."""
+    """Refuse cuts of a clip of which one was found to play once.
+
+    Raises:
+        RecipeError: One does; its message has its number.
+    """
     if not isinstance(recipe.source, FramesSource) or recipe.phases != "none":
         return
     for number, variant in enumerate(variants):

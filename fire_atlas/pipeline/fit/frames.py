@@ -19,6 +19,9 @@ from fire_atlas.recipe.output import Atlas
 DAY = "#8fb8de"
 """The bright background that frames are compared over, beside black: a clear sky."""
 
+_CHANNELS = 4
+"""Numbers of a pixel by which pictures are compared; see ``_coordinates``."""
+
 _STRIP_BYTES = 16 << 20
 """Most memory that the same rows of all frames take while they are compared."""
 
@@ -106,9 +109,6 @@ def squared_errors(
     squares, products = sum(parts, np.zeros((2, len(variants), count, count)))
     errors = squares - 2 * products
     return np.asarray(np.where(errors > _ROUNDING * squares, errors, 0))
-
-
-_CHANNELS = 4
 
 
 def _enlarged(
