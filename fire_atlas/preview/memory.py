@@ -9,7 +9,7 @@ from fire_atlas.core.statistics import read_figures
 from fire_atlas.formats.atlas.texture_packer import AtlasFile
 from fire_atlas.formats.pages.colour_error import ColourError
 from fire_atlas.formats.textures.error import TextureError
-from fire_atlas.formats.textures.memory import image_memories
+from fire_atlas.formats.textures.memory import ImageMemory, image_memories
 from fire_atlas.formats.textures.texture_file import read_texture
 
 
@@ -39,22 +39,14 @@ class ImageErrors:
 
 
 @dataclass(frozen=True, slots=True)
-class TextureUse:
-    """An image as a GPU keeps it.
+class TextureUse(ImageMemory):
+    """An image as a GPU keeps it, and how well.
 
     Attributes:
-        file: Name of the file that holds it.
-        format: How its pixels are kept: ``rgba8``, ``bc7``, ...
-        levels: Number of mip levels.
-        memory: Bytes that it takes with these.
         psnr: Peak signal-to-noise ratio, dB, beside what was drawn; None if it is exact or unknown.
         hue: Distance of hues, ΔE, beside what was drawn; None likewise.
     """
 
-    file: str
-    format: str
-    levels: int
-    memory: int
     psnr: float | None = None
     hue: float | None = None
 
@@ -75,7 +67,7 @@ def texture_uses(atlas: AtlasFile, errors: ImageErrors) -> Iterator[TextureUse]:
         else:
             lossy = errors.pages.get(kept.file)
             psnr = lossy.psnr if lossy else None
-            yield TextureUse(kept.file, kept.format, kept.levels, kept.size, psnr)
+            yield TextureUse(kept.file, kept.format, kept.levels, kept.memory, psnr)
 
 
 def _compressed(

@@ -17,13 +17,13 @@ class ImageMemory:
         file: Name of the file that holds it.
         format: How its pixels are kept: ``rgba8``, ``bc7``, ...
         levels: Number of mip levels.
-        size: Bytes that it takes with these.
+        memory: Bytes that it takes with these.
     """
 
     file: str
     format: str
     levels: int
-    size: int
+    memory: int
 
 
 def image_memories(sheet: AtlasSheet) -> Iterator[ImageMemory]:
@@ -72,7 +72,7 @@ def memory_by_format(sheet: AtlasSheet) -> dict[str, int]:
         texture = kept.file.rpartition(".")[0], kept.format
         if texture not in counted:
             counted.add(texture)
-            taken[kept.format] = taken.get(kept.format, 0) + kept.size
+            taken[kept.format] = taken.get(kept.format, 0) + kept.memory
     return taken
 
 
