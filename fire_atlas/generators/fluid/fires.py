@@ -111,24 +111,24 @@ def _charge(count: int, reach: float, size: float, life: float) -> tuple[FluidBu
 def _muzzle() -> tuple[FluidBurner, ...]:
     """Return a jet to the right, and five shorter ones that leave a muzzle's slots aside: each is a
     row of lumps that become thinner and faster away from it."""
-    rows = [((1.0, 0.0, 0.0), 5.6, 1.0)]
+    rows = [((1.0, 0.0, 0.0), 7.2, 0.9)]
     for k in range(7):
         turn = 2 * math.pi * (k + 0.27) / 7
         ahead = (0.55, 0.2, 0.82, 0.36, 0.62, 0.1, 0.78)[k]
         aside = math.sqrt(1 - ahead * ahead)
         way = (ahead, aside * math.sin(turn), aside * math.cos(turn))
-        rows.append((way, (3.2, 2.0, 3.6, 2.7, 3.3, 1.9, 3.0)[k], 0.8))
+        rows.append((way, (2.7, 2.0, 4.0, 2.4, 3.4, 1.9, 3.2)[k], 0.7))
     lumps = []
     for way, length, wide in rows:
         count = round(length / 0.5)
         for k in range(count):
             share = (k + 0.5) / count
-            far, size = 0.2 + length * share, max(wide * (1 - 0.55 * share), 0.58)
+            far, size = 0.2 + length * share, max(wide * (1 - 0.6 * share), 0.585)
             lumps.append(
                 FluidBurner(
                     at=(way[0] * far, way[1] * far, way[2] * far), size=(size, size, size),
-                    fuel=1 - 0.7 * share, temperature=1.3 - 0.4 * share, speed=3.0 + 9.0 * share,
-                    direction=way, ragged=0.4 + 0.35 * share, grain=0.07, pulse=0.0, spread=0.3,
+                    fuel=1 - 0.8 * share, temperature=1.25 - 0.6 * share, speed=4.0 + 11.0 * share,
+                    direction=way, ragged=0.45 + 0.5 * share, grain=0.07, pulse=0.0, spread=0.25,
                     burning=(0.0, 0.026),
                 )
             )  # fmt: skip
@@ -212,21 +212,22 @@ FIRES: dict[FireName, ReadyFire] = {
         has_ground=False,
     ),
     "muzzle_flash": ReadyFire(
-        radius=0.122,
+        radius=0.095,
         burners=_muzzle(),
         chemistry=Chemistry(0.1, 3.0, 1.8, 3.0, 0.0, 5.0),
-        forces=Forces(lift=2.0, confinement=0.9, stirring=40.0, drag=4.0),
+        forces=Forces(lift=0.5, confinement=0.9, stirring=30.0, drag=9.0),
         look=Look(
-            emission=48.0, absorption=5.0, hollow=0.0, dense=0.5, hottest=2000.0, contrast=4.5,
-            extinction=30.0, albedo=(0.5, 0.49, 0.48),
+            emission=15.0, absorption=5.0, hollow=0.0, dense=0.9, hottest=2000.0, contrast=5.5,
+            extinction=60.0, albedo=(0.34, 0.325, 0.31),
         ),
-        smoke=0.05,
+        smoke=0.1,
         expansion=1.2,
         burning=(0.0, 0.03),
         settling=0.0,
         foot=0.5,
         side=0.15,
         depth=0.7,
+        thinning=0.15,
         has_ground=False,
     ),
     "smoke": ReadyFire(

@@ -11,6 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from fire_atlas.cli import main
+from fire_atlas.core.pixels import srgb_to_linear
 from fire_atlas.core.workers import Workers
 from fire_atlas.generators.fluid.recording import record
 from fire_atlas.generators.fluid.renderer import FluidView, fluid_camera
@@ -177,11 +178,11 @@ def test_a_muzzle_flash_is_a_star_for_a_moment_and_then_a_puff() -> None:
     scene = build_scene(source, GenerationSettings(0, Wind(), 14, 40.0, True, Views()))
     with Workers(2) as workers:
         view = FluidView(scene, record(scene, workers), fluid_camera(source, 0, 0), "srgb")
-    light = [float(view.frame(i)[..., :3].mean()) for i in range(14)]
+    light = [float(srgb_to_linear(view.frame(i)[..., :3]).mean()) for i in range(14)]
     assert light[0] == 0 and np.argmax(light) in (1, 2)
     assert max(light[5:]) < 0.2 * max(light)
     assert view.smoke(6).max() > 0.05
-    lit = np.argwhere(view.frame(2)[..., 3] > 0.5)
+    lit = np.argwhere(view.frame(int(np.argmax(light)))[..., 3] > 0.5)
     (top, left), (bottom, right) = lit.min(axis=0), lit.max(axis=0)
     # Side lobes above and below the jet, which reaches as far ahead.
     assert top < 0.35 * 80 and bottom > 0.65 * 80 and right - left > 0.4 * 112
