@@ -33,7 +33,7 @@ _KEPT = 3
 _PLACE = 16
 """Bytes in which a view that turns the gas, or displaces it, keeps where a cube lies."""
 
-_OF_DRAWING, _OF_SEEN, _OF_PIXEL = 130_000_000, 150, 125
+_OF_DRAWING, _OF_SEEN, _OF_PIXEL = 155_000_000, 160, 125
 """Memory of drawing a frame, or its front: at least, of each cube that is seen, and of each px."""
 
 _PIXEL, _SHOWN = 16, 4
