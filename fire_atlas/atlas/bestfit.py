@@ -15,6 +15,14 @@ from numpy.typing import NDArray
 from fire_atlas.atlas.skyline import Flags, Indices, Ints, Ledge, Skyline
 
 Floats = NDArray[np.float32]
+Shorts = NDArray[np.int16]
+
+_LONGEST = (1 << 15) - 1
+"""Longest length that 16 bits hold, px: twice a page's. Numpy is fastest with the shortest numbers;
+walls, which may be longer, count as this."""
+
+_TOGETHER = 100_000
+"""Number of scores that are computed at a time: as many as a processor's cache holds."""
 
 _COMPACT_EVERY = 16
 """Number of steps after which the columns of rectangles that were placed are dropped."""
@@ -32,6 +40,7 @@ _SLIVER = 0.3  # leaves a gap too narrow for anything, so nearly takes the width
 _WASTE = 6.5  # subtracted times the area of that gap, in mean areas of a rectangle
 _STEP = 0.57  # subtracted times the step from its end to the far wall's, in typical sides
 _MAX_STEP = 2.6  # limit on that step, in typical sides
+_MISFIT = np.float32(-1e9)  # added where it does not fit
 _TALL_FIRST = 0.66  # a priority is ln(height) + this · ln(width)
 
 
@@ -92,15 +101,14 @@ class _Remaining:
     def __init__(self, batch: Batch) -> None:
         pages, columns = batch.widths.shape
         kinds = len(np.unique(batch.owners))
-        self._rows = np.arange(pages)
         self._ids = np.tile(np.arange(columns), (pages, 1))
         self._owners = np.tile(batch.owners, (pages, 1))
-        self._widths = batch.widths.astype(np.float32)  # whole numbers, but faster
-        self._heights = batch.heights.astype(np.float32)
+        self._widths = batch.widths.astype(np.int16)
+        self._heights = batch.heights.astype(np.int16)
         self._priorities = batch.priorities.copy()  # -inf: taken
         self._side = math.sqrt(float(np.mean(batch.widths[0] * batch.heights[0])))
         self._may_rotate = kinds < columns
-        self._narrowest, self._age = np.zeros(pages, np.float32), 0
+        self._narrowest, self._age = np.zeros(pages, np.uint16), 0
         self.count = np.isfinite(batch.priorities).sum(axis=1) // (columns // kinds)
         self.x, self.y = (np.full((pages, columns), -1, np.int64) for _ in range(2))
 
@@ -114,9 +122,15 @@ class _Remaining:
         if self._age % _COMPACT_EVERY == 0:
             self._drop_placed()
         self._age += 1
-        scores = self._scores(ledge, room)
-        best = scores.argmax(axis=1)
-        return best, scores[self._rows, best] > -np.inf
+        pages, columns = self._widths.shape
+        best, fits = np.empty(pages, np.intp), np.empty(pages, bool)
+        together = max(_TOGETHER // columns, 1)
+        for first in range(0, pages, together):
+            part = slice(first, first + together)
+            scores = self._scores(part, ledge, room)
+            best[part] = scores.argmax(axis=1)
+            fits[part] = scores.max(axis=1) > _MISFIT / 2
+        return best, fits
 
     def take(self, rows: Indices, columns: Indices, x: Ints, y: Ints) -> None:
         """Record the position of one rectangle of each row."""
@@ -128,56 +142,65 @@ class _Remaining:
             same = self._owners[rows] == self._owners[rows, columns][:, None]
             self._priorities[rows] = np.where(same, np.float32(-np.inf), self._priorities[rows])
 
-    def _scores(self, ledge: Ledge, room: Ints) -> Floats:
-        """Return the score (B, columns) of every rectangle; -inf where it does not fit."""
-        near = np.minimum(ledge.left, ledge.right).astype(np.float32)[:, None]
-        far = np.maximum(ledge.left, ledge.right).astype(np.float32)[:, None]
-        rest = ledge.width.astype(np.float32)[:, None] - self._widths
-        step = np.abs(self._heights - far)
-        scores: Floats = np.clip(step, 0, _MAX_STEP * self._side)
+    def _scores(self, part: slice, ledge: Ledge, room: Ints) -> Floats:
+        """Return the score of every rectangle on some of the pages, (pages, columns): ``_MISFIT``
+        lower where it does not fit."""
+        near, far, wide, high = (
+            np.minimum(lengths[part], _LONGEST).astype(np.int16)[:, None]
+            for lengths in (
+                np.minimum(ledge.left, ledge.right), np.maximum(ledge.left, ledge.right),
+                ledge.width, room,
+            )
+        )  # fmt: skip
+        heights, narrowest = self._heights[part], self._narrowest[part, None]
+        step, rest = np.abs(heights - far), wide - self._widths[part]
+        scores: Floats = step.astype(np.float32)
+        np.clip(scores, 0, np.float32(_MAX_STEP * self._side), out=scores)
         scores *= np.float32(-_STEP / self._side)
-        scores += self._priorities
-        too_wide = rest < 0
+        scores += self._priorities[part]
         # Few rectangles leave nothing, or too little for any other, or end level with a wall.
-        special = rest < self._narrowest[:, None]
-        special &= ~too_wide
-        special |= self._heights == near
+        special = rest.view(np.uint16) < narrowest  # below 0 is above all others
+        special |= heights == near
         special |= step == 0
         at = special.ravel().nonzero()[0]
-        scores.put(at, self._with_extras(at, scores, rest, near, far))
-        too_wide |= self._heights > room.astype(np.float32)[:, None]
-        np.putmask(scores, too_wide, np.float32(-np.inf))
+        page = at // scores.shape[1]
+        walls = near.take(page), far.take(page)
+        gaps = rest.take(at), narrowest.take(page)
+        scores.put(at, self._with_extras(scores.take(at), heights.take(at), walls, gaps))
+        misfits = rest < 0
+        misfits |= heights > high
+        scores += np.multiply(misfits, _MISFIT)
         return scores
 
     def _with_extras(
-        self, at: Indices, scores: Floats, rest: Floats, near: Floats, far: Floats
+        self,
+        score: Floats,
+        height: Shorts,
+        walls: tuple[Shorts, Shorts],
+        gaps: tuple[Shorts, NDArray[np.uint16]],
     ) -> Floats:
-        """Return the scores of the rectangles at the flat indices ``at``, with what their ends add.
+        """Return the scores of rectangles with what their ends add. All (n,), px.
 
         Args:
-            at: (n,), into ``scores`` and ``rest``.
-            scores: (B, columns), without it.
-            rest: (B, columns), width of the ledge that each rectangle leaves, px.
-            near: (B, 1), length of the wall that ends first, px.
-            far: (B, 1), length of the other one, px.
+            score: Without it.
+            height: Of each rectangle.
+            walls: Length of the wall beside its ledge that ends first, and of the other one.
+            gaps: Width of the ledge that each leaves, and of the narrowest one that is not placed.
         """
-        score, gap, height = scores.take(at), rest.take(at), self._heights.take(at)
-        page = at // scores.shape[1]
-        near_wall, far_wall = near.take(page), far.take(page)
-        fills, level_near, level_far = gap == 0, height == near_wall, height == far_wall
+        (near, far), (gap, narrowest) = walls, gaps
+        fills, level_near, level_far = gap == 0, height == near, height == far
         for which, extra in (
             (level_far, _LEVEL_WITH_FAR),
             (level_near, _LEVEL_WITH_NEAR),
             (fills, _FILLS),
             (fills & level_near, _FILLS_TO_NEAR),
             (fills & level_far, _FILLS_TO_FAR),
-            (fills & (height > far_wall), _FILLS_BEYOND),
+            (fills & (height > far), _FILLS_BEYOND),
         ):
             score += which * np.float32(extra)
-        lost = gap * np.minimum(height, near_wall)
+        lost = gap.astype(np.float32) * np.minimum(height, near).astype(np.float32)
         sliver = np.float32(_SLIVER) - lost * np.float32(_WASTE / self._side**2)
-        leaves_sliver = (gap > 0) & (gap < self._narrowest.take(page))
-        return score + np.where(leaves_sliver, sliver, np.float32(0))
+        return score + np.where((gap > 0) & (gap < narrowest), sliver, np.float32(0))
 
     def _drop_placed(self) -> None:
         """Drop columns that were placed, and find the narrowest of the others."""
@@ -191,4 +214,5 @@ class _Remaining:
             self._heights = np.take_along_axis(self._heights, keep, axis=1)
             self._priorities = np.take_along_axis(self._priorities, keep, axis=1)
             taken = np.isneginf(self._priorities)
-        self._narrowest = np.where(taken, np.float32(np.inf), self._widths).min(axis=1)
+        narrowest = np.where(taken, np.int16(_LONGEST), self._widths).min(axis=1)
+        self._narrowest = narrowest.astype(np.uint16)
