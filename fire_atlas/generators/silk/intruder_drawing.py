@@ -25,7 +25,7 @@ from fire_atlas.generators.silk.intruders import IntruderBody
 Points = NDArray[np.float64]
 
 _BARK = np.array([0.150, 0.082, 0.042])
-CHAR = np.array([0.016, 0.013, 0.011])
+CHAR = np.array([0.020, 0.017, 0.015])
 _CUT = np.array([0.20, 0.12, 0.06])
 _ASH = np.array([0.33, 0.31, 0.29])
 _CLOTH = np.array([0.13, 0.095, 0.06])
@@ -45,8 +45,9 @@ _LIGHT_GAIN, _LIGHT_SOFTENING = 90.0, 0.03
 
 _UP = np.array([0.0, 0.0, 1.0])
 
-_AMBIENT = 0.01
-"""Light on objects where no fire lights them, so that they are not black."""
+_SKY = 0.2
+"""Light of the sky on what faces up; there is none on what faces down. Without it objects are holes
+in a picture of the day, and by night they have no form where no fire lights them."""
 
 _HEAD_LENGTH, _STICK_RADIUS = 1.6, 0.66
 """Length of a match's head between its round ends, and radius of the stick behind it, radii."""
@@ -150,14 +151,23 @@ class IntruderBuffers:
         hidden = 1 - smooth_step(before / np.float32(CONTACT))
         return np.asarray(1 - hidden * self.coverage.ravel()[sample], np.float32)
 
-    def lit_by(self, lights: Sequence[tuple[NDArray[np.float64], Points]]) -> NDArray[np.float32]:
-        """Return the light (height, width, 3) of the intruders: their own, and that of flames, each
-        given by its light (3,), in heights², and the place (3,) that it comes from."""
+    def lit_by(
+        self, lights: Sequence[tuple[NDArray[np.float64], Points]], camera: Camera
+    ) -> NDArray[np.float32]:
+        """Return the light (height, width, 3) of the intruders: their own, that of the sky, and
+        that of flames.
+
+        Args:
+            lights: Of each flame its light (3,), in heights², and the place (3,) that it comes
+                from.
+            camera: That they were drawn for.
+        """
         covered = np.nonzero(self.coverage)
         light = self.glow.copy()
         if not covered[0].size:
             return light
-        received = np.full((len(covered[0]), 3), _AMBIENT)
+        faces_up = 0.5 + 0.5 * (self.normal[covered] @ camera.view_of(_UP))
+        received = np.repeat(_SKY * faces_up[:, None], 3, axis=1)
         for total, centre in lights:
             to_light = centre - self.position[covered]
             square = (to_light * to_light).sum(axis=1)

@@ -245,7 +245,7 @@ class SilkRenderer:
         if not intruders.is_empty:
             total = light.sum(axis=(0, 1), dtype=np.float64) / (camera.scale * self.samples) ** 2
             lights = [(total * share, place) for share, place in self._fires(i, camera)]
-            bodies = intruders.lit_by(lights) * passed
+            bodies = intruders.lit_by(lights, camera) * passed
             solid = solid * (1 - intruders.coverage[..., None]) + bodies
             coverage = np.maximum(coverage, intruders.coverage)
         return _SeenLight(light, solid, glow, coverage)

@@ -13,7 +13,12 @@ from numpy.typing import NDArray
 from fire_atlas.core.pixels import encode_bytes
 from fire_atlas.generators.silk import raster
 from fire_atlas.generators.silk.colour import expose, unexposed
-from fire_atlas.generators.silk.intruder_drawing import Hearth, IntruderBuffers, draw_intruders
+from fire_atlas.generators.silk.intruder_drawing import (
+    CHAR,
+    Hearth,
+    IntruderBuffers,
+    draw_intruders,
+)
 from fire_atlas.generators.silk.intruders import IntruderBody
 from fire_atlas.recipe.silk import Intruder
 from fire_atlas.recipe.wind import Wind
@@ -293,7 +298,10 @@ def test_a_match_chars_from_its_head_on_and_its_head_glows() -> None:
     match: dict[str, Any] = {"shape": "match", "at": [-0.2, 0, 0.3], "radius": 0.02, "length": 0.6}
     seen = [drawn_alone(burnt, **match) for burnt in (0.0, 0.5, 3.0)]
     assert not seen[0].glow.any()
-    dark = [int(((each.colour.max(axis=-1) < 0.02) & (each.coverage > 0)).sum()) for each in seen]
+    dark = [
+        int(((each.colour.max(axis=-1) < 1.2 * CHAR.max()) & (each.coverage > 0)).sum())
+        for each in seen
+    ]
     assert dark[0] == 0 < dark[1] < 0.8 * dark[2]
     glow = seen[2].glow.sum(axis=(0, 2))
     glowing, stick = np.flatnonzero(glow), np.flatnonzero(seen[2].coverage.any(axis=0))
@@ -327,12 +335,23 @@ def test_each_of_two_fires_lights_from_its_own_place() -> None:
     assert lit[1] == pytest.approx(lit[0], rel=0.15)
 
 
+def test_where_no_fire_is_the_sky_lights_what_faces_up() -> None:
+    """A sphere is lit by half as much at its middle, which faces the camera, as at its top."""
+    drawn = drawn_alone(shape="sphere", at=[0, 0, 0.2], radius=0.1, strength=0)
+    light = drawn.lit_by([], camera())[:, 64, 0] / np.maximum(drawn.colour[:, 64, 0], 1e-6)
+    rows = np.flatnonzero(drawn.coverage[:, 64] == 1)
+    light = light[rows]
+    assert (np.diff(light) <= 1e-4).all()
+    assert light[len(rows) // 2] == pytest.approx(0.5 * light[0], rel=0.1)
+    assert light[-1] < 0.1 * light[0]
+
+
 def test_the_flame_lights_wax_from_within() -> None:
     """The side of a candle is lit below its flame, where a log's is not, and less further down."""
 
     def side(shape: str) -> NDArray[np.float32]:
         drawn = drawn_alone(shape=shape, at=[0, 0, -0.2], tilt=90, radius=0.1, length=0.5)
-        lit = drawn.lit_by([(np.ones(3), np.array([0.0, -0.3, 0.0]))]) - drawn.glow
+        lit = drawn.lit_by([(np.ones(3), np.array([0.0, -0.3, 0.0]))], camera()) - drawn.glow
         rows = np.flatnonzero(drawn.coverage[:, 64])
         below_rim = rows[2 * len(rows) // 5 :]
         return np.asarray((lit / np.maximum(drawn.colour, 1e-6))[below_rim, 64, 0])
