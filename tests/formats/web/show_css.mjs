@@ -27,7 +27,13 @@ for (const { html, ratio, time, size, file } of JSON.parse(readFileSync(list, "u
   const failed = (request) => errors.push(`no ${request.url()}`);
   page.on("requestfailed", failed);
   await page.goto(pathToFileURL(join(dirname(list), html)).href, { waitUntil: "load" });
-  await page.evaluate((at) => {
+  await page.evaluate(async (at) => {
+    // Pictures of backgrounds are asked for with the first layout, which may come after `load`.
+    for (const each of document.querySelectorAll("*")) {
+      for (const [, url] of getComputedStyle(each).backgroundImage.matchAll(/url\("(.*?)"\)/g)) {
+        await Object.assign(new Image(), { src: url }).decode();
+      }
+    }
     for (const each of document.getAnimations({ subtree: true })) {
       each.pause();
       each.currentTime = at;
