@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.atlas.sheet import StateGraph, variant_title
-from fire_atlas.core.chance import RandomStream, generator
+from fire_atlas.core.chance import RandomStream, seed_of
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.context import BuildContext
 from fire_atlas.core.errors import RecipeError
@@ -55,7 +55,8 @@ def variants_of(loaded: LoadedRecipe, opened: Opened, context: BuildContext) -> 
         ((name, clip),) = opened.items()
         cuts = [{name: cut} for cut in _cut(clip, recipe.variants, context)]
     for number in range(recipe.variants):
-        own = recipe.model_copy(update={"seed": seed_of(recipe.seed, number)})
+        seed = seed_of(recipe.seed, RandomStream.VARIANTS, number)
+        own = recipe.model_copy(update={"seed": seed})
         told = replace(context, progress=notes.of(number))
         if cuts:
             opened = cuts[number]
@@ -90,11 +91,6 @@ def _require_apart(
         copies = small_copies(first, context.workers)
         require_apart(shown, copies, stem)
     shown.append(copies)
-
-
-def seed_of(seed: int, variant: int) -> int:
-    """Return the seed of a variant of a recipe with a ``seed``; the first has that."""
-    return int(generator(seed, RandomStream.VARIANTS, variant).integers(2**32)) if variant else seed
 
 
 def as_first(variant: Recipe, first: Recipe) -> Recipe:
