@@ -20,6 +20,7 @@ from fire_atlas.recipe.effect import (
 )
 from fire_atlas.recipe.fit import READY_BUDGETS, Fit, FitOrNone
 from fire_atlas.recipe.fluid import FluidSource
+from fire_atlas.recipe.gpu import GpuFormat, choices_of_blocks
 from fire_atlas.recipe.output import (
     GODOT_BLEED,
     Atlas,
@@ -114,6 +115,14 @@ class Recipe(Settings):
     def budget(self) -> Fit | None:
         """The budget of its pages, if it has one."""
         return self.fit if isinstance(self.fit, Fit) else None
+
+    @property
+    def texture_choices(self) -> list[tuple[GpuFormat, ...]]:
+        """The compressed textures that its pages may have: a budget leaves those of one kind of
+        blocks to each family of devices, if they hold colours."""
+        if self.budget is None or self.atlas.pixels != "color":
+            return [self.atlas.gpu]
+        return choices_of_blocks(self.atlas.gpu)
 
     @property
     def has_fire(self) -> bool:
