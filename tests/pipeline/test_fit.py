@@ -170,9 +170,10 @@ def test_more_is_closer_and_the_curve_says_so(repo: Repo) -> None:
     assert all(point["memory"] <= point["budget"] for point in curve)
 
 
-def test_any_number_of_workers_gives_the_same_bytes(repo: Repo) -> None:
+@pytest.mark.parametrize("atlas", [{}, {"gpu": ASTC, "gpu_quality": "draft"}], ids=str)
+def test_any_number_of_workers_gives_the_same_bytes(atlas: dict[str, Any], repo: Repo) -> None:
     repo.clip(count=12)
-    recipe = repo.recipe(fit={"memory": 0.06})
+    recipe = repo.recipe(fit={"memory": 0.06}, atlas=atlas)
     first = repo.built(recipe, "--jobs", "1")
     for jobs in ("2", "8"):
         assert repo.built(recipe, "--force", "--jobs", jobs) == first

@@ -1,9 +1,9 @@
 """Fit an animation into a budget: of heights and frames, those that come closest to the whole.
 
-A ladder of heights is tried; then, twice, those between the best one and its neighbours. At each,
-choices of frames are tried from the smallest error up. Memory is that of the pages on which they
-are packed. All this is done for each choice among the compressed textures that the recipe lists.
-The order and the end of the trials depend on nothing but the frames.
+A ladder of heights is tried; then, three times, those between the best one and its neighbours. At
+each, choices of frames are tried from the smallest error up. Memory is that of the pages on which
+they are packed. All this is done for each choice among the compressed textures that the recipe
+lists. The order and the end of the trials depend on nothing but the frames.
 """
 
 import math
@@ -35,7 +35,7 @@ _MIB = 1 << 20
 _LADDER = tuple(2 ** (-step / 2) for step in range(7))
 """Heights to begin with, as shares of the largest."""
 
-_ROUNDS = 2
+_ROUNDS = 3
 """How often heights are tried beside the best."""
 
 _LEAST_HEIGHT = 16
@@ -312,12 +312,13 @@ class FitSearch:
                         continue
                 memory = self._memory(height, choice.kept, limit)
                 if memory is not None:
-                    error = self._rms(choice.error)
+                    error = self.rms(choice.error)
                     found = choice, Offer(height, choice.kept, memory, error, self._told)
                     break
         return None if found is None else found[1]
 
-    def _rms(self, error: float) -> float:
+    def rms(self, error: float) -> float:
+        """Return the root mean square of a sum of squared errors, of white."""
         frames = [frame for each in self._whole.values() for frame in each.frames]
         values = sum(frame.width * frame.height for frame in frames) * 3 * 2
         return float(np.sqrt(error / values))
