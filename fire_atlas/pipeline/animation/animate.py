@@ -176,7 +176,7 @@ def _flown(
         with timer.measure("fly"):
             tracks = simulate(clip, study, births, own, context, shape)
         yield tracks
-        analysis = None
+        analysis = None  # other sets have births and turbulence of their own
 
 
 def finish(recipe: Recipe, simulated: SimulatedClip, context: BuildContext) -> FinishedAnimation:
