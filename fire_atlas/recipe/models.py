@@ -28,6 +28,7 @@ from fire_atlas.recipe.output import (
     Maps,
     MovieName,
     TrackName,
+    UnityExport,
     export_name,
 )
 from fire_atlas.recipe.phases import PhasesOrNone
@@ -595,8 +596,12 @@ def _against_sets_of_flakes(recipe: Recipe, flakes: Flakes) -> Iterator[Problem]
         yield Problem(
             sets, "are played from their tracks, but maps.flakes draws one set; remove one of them"
         )
-    engines = {export_name(export) for export in recipe.exports} & {"godot", "unity"}
-    if not engines and not {*recipe.tracks} - {"light"}:
+    playing = {
+        export_name(export)
+        for export in recipe.exports
+        if not isinstance(export, UnityExport) or export.unity.flakes
+    }
+    if not playing & {"godot", "unity"} and not {*recipe.tracks} - {"light"}:
         yield Problem(
             sets,
             "are in the tracks and in what engines play, and this recipe writes neither; add "

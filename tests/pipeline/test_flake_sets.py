@@ -176,6 +176,7 @@ def test_any_number_of_workers_gives_the_same_bytes(tmp_path: Path) -> None:
         ({"maps": {"flakes": True}}, "but maps.flakes draws one set"),
         ({"tracks": ["light"]}, "this recipe writes neither"),
         ({"tracks": [], "exports": ["json", "css"]}, "this recipe writes neither"),
+        ({"tracks": [], "exports": [{"unity": {"flakes": False}}]}, "this recipe writes neither"),
         ({"fit": {"memory": 1}}, "flakes.bake: false leaves the flakes to their tracks"),
     ],
     ids=str,
