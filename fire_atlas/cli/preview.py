@@ -2,6 +2,7 @@
 
 from argparse import Namespace
 from contextlib import AbstractContextManager, nullcontext
+from dataclasses import replace
 from pathlib import Path
 
 from fire_atlas.api import sentences_on
@@ -57,7 +58,7 @@ def _tree(args: Namespace) -> RecipeTree | None:
     if is_recipe(args.subject):
         tree = read_tree(args.subject, [*args.overrides, "exports=[json]"])
         if tree.value(("fit",)) in (None, "none"):  # a budget has no tracks
-            tree = read_tree(args.subject, [*args.overrides, "exports=[json]", "tracks=[json]"])
+            tree = replace(tree, values={**tree.values, "tracks": ["json"]})
         return as_draft(tree)
     why = "needs a recipe; an atlas that is built stays as it is"
     refuse_build_options(args, {"--field": args.field}, why)

@@ -39,6 +39,7 @@ class RandomStream(IntEnum):
     PHASES = 30
     ELSEWHERE = 31
     VARIANTS = 32
+    FLAKE_SETS = 33
 
 
 def generator(seed: int, stream: RandomStream, index: int = 0) -> np.random.Generator:
@@ -47,3 +48,8 @@ def generator(seed: int, stream: RandomStream, index: int = 0) -> np.random.Gene
     ``index`` is the number of a frame, a simulation tick or a view.
     """
     return np.random.Generator(np.random.Philox(key=[seed, (int(stream) << 48) | index]))
+
+
+def seed_of(seed: int, stream: RandomStream, number: int) -> int:
+    """Return the seed of one of several that are made with a ``seed``; number 0 has that itself."""
+    return int(generator(seed, stream, number).integers(2**32)) if number else seed

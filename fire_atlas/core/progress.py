@@ -1,7 +1,7 @@
 """Report the progress of a build, and measure how long each stage takes."""
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Protocol
@@ -18,6 +18,26 @@ class Progress(Protocol):
 
     def note(self, message: str) -> None:
         """Show the user a sentence that is worth knowing but no error."""
+
+
+@dataclass(frozen=True, slots=True)
+class WithNotes:
+    """The ``progress`` of a build, for a part of it whose notes ``tell`` is given instead."""
+
+    progress: Progress
+    tell: Callable[[str], None]
+
+    def stage(self, name: str, total: int) -> None:
+        """Begin a stage of the build."""
+        self.progress.stage(name, total)
+
+    def advance(self, done: int = 1) -> None:
+        """Count steps of the build."""
+        self.progress.advance(done)
+
+    def note(self, message: str) -> None:
+        """Tell what is worth knowing of the part."""
+        self.tell(message)
 
 
 class SilentProgress:

@@ -1,7 +1,7 @@
 """What a budget was spent on, and what others would have given: as text and as a plot."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Self
 
 from pydantic import TypeAdapter, ValidationError
@@ -25,6 +25,7 @@ class Spending:
         memory: Bytes that the pages take.
         error: How far what is played is from the whole: root mean square, linear light, of white.
         budget: Bytes that they may take; None if memory has no limit.
+        blocks: How they are compressed, if there was a choice: ``astc-6x6``, ...
     """
 
     frames: int
@@ -32,6 +33,12 @@ class Spending:
     memory: int
     error: float
     budget: int | None = None
+    blocks: tuple[str, ...] = ()
+
+    @property
+    def compressed(self) -> str:
+        """How the pages are compressed, to be said behind the height; empty without a choice."""
+        return "".join(f", {blocks}" for blocks in self.blocks)
 
     @property
     def percent(self) -> str:
@@ -85,9 +92,9 @@ class Budget:
         frames, height = self.of
         chosen = self.chosen
         return (
-            f"{chosen.frames} of {frames} frames, {chosen.height} of {height} px high, in "
-            f"{chosen.memory / _MIB:.2f} MiB; as it is played it is {chosen.percent} of white off "
-            f"the whole"
+            f"{chosen.frames} of {frames} frames, {chosen.height} of {height} px high"
+            f"{chosen.compressed}, in {chosen.memory / _MIB:.2f} MiB; as it is played it is "
+            f"{chosen.percent} of white off the whole"
         )
 
     def rows(self) -> list[tuple[str, ...]]:
@@ -97,7 +104,7 @@ class Budget:
             (
                 f"{(point.budget or 0) / _MIB:.4g} MiB",
                 str(point.frames),
-                f"{point.height} px",
+                f"{point.height} px{point.compressed}",
                 f"{point.memory / _MIB:.2f} MiB",
                 point.percent,
                 "#" * math.ceil(_BAR * point.error / most),
@@ -118,7 +125,7 @@ class Budget:
                 round(20 + (_WIDTH - 40) * (at - budgets[0]) / width, 1),
                 round(_HEIGHT - 20 - (_HEIGHT - 40) * point.error / most, 1),
                 f"{(point.budget or 0) / _MIB:.3g}",
-                (point.frames, point.height) == (self.chosen.frames, self.chosen.height),
+                replace(point, budget=None) == self.chosen,
             )
             for at, point in zip(budgets, self.curve, strict=True)
         ]

@@ -92,6 +92,9 @@ of the paper (section III), and none of what is added to it here. Three values a
 has no numbers of them: how far flakes are stretched along their velocity and what colours they have
 by it (Figure 9), and k of their jitter (eq. 13)."""
 
+MAX_VARIANTS = 16
+"""Largest number of fires of one recipe, and of sets of flakes over one flame."""
+
 MAX_ROUNDS = 64
 """Maximum number of rounds of a loop after which its flakes repeat."""
 
@@ -319,6 +322,11 @@ class Flakes(Settings):
     flake cools; ``intensity`` multiplies it."""
     max: int = Field(default=20000, ge=0, le=60000)
     """Maximum number of flakes alive at once."""
+    variants: int = Field(default=1, ge=1, le=MAX_VARIANTS)
+    """Number of sets of flakes over the same flame, each in tracks of its own:
+    ``name.flakes.json``, ``name.v1.flakes.json``, ... The flame is on the pages once, and fires
+    that stand side by side throw other sparks. They need ``bake: false``; what Godot and Unity play
+    shows another set on each fire."""
 
     @property
     def own_texture(self) -> FlakeTexture | None:

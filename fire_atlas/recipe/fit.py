@@ -40,7 +40,8 @@ class Fit(Settings):
     """Largest number of pages: the default of ``atlas.max_pages``, else 1."""
     memory: float | None = Field(default=None, ge=0.001, le=4096)
     """Memory that all pages may take on a GPU, MiB, with the mip levels that are written:
-    uncompressed, or with ``atlas.gpu`` as the largest of its formats."""
+    uncompressed, or with ``atlas.gpu`` compressed. Of the formats that this lists for one family of
+    devices (BC, ASTC, ETC2), the one is written that comes closest to the whole."""
     cells: Cells | None = None
     """Largest number of frames of all animations. A list: exactly one of these numbers, in a grid
     with as many columns as rows, so that they have to be square numbers there."""

@@ -1,6 +1,7 @@
 """Recipe keys of compressed textures: their formats by name, and how many mip levels they have."""
 
 from collections.abc import Iterable, Iterator
+from itertools import product
 from typing import Annotated, Literal, TypeAlias, get_args
 
 from pydantic import Field
@@ -72,6 +73,19 @@ def formats_for(formats: Iterable[GpuFormat], channels: Channels) -> Iterator[Gp
             continue
         written += [name for name in get_args(GpuFormat) if name == f"{blocks}.{container}"]
     yield from dict.fromkeys(written)
+
+
+def choices_of_blocks(formats: Iterable[GpuFormat]) -> list[tuple[GpuFormat, ...]]:
+    """Return each choice among formats of colours that leaves one kind of blocks to each family of
+    devices: BC, ASTC, ETC2. DDS and KTX2 hold the same blocks, and stay together."""
+    written = list(formats_for(formats, 4))
+    families: dict[str, dict[str, None]] = {}
+    for format_ in written:
+        families.setdefault(format_[:2], {})[blocks_of(format_)] = None
+    return [
+        tuple(format_ for format_ in written if blocks_of(format_) in chosen)
+        for chosen in product(*families.values())
+    ]
 
 
 def page_channels(pixels: str) -> Channels:

@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 
 from fire_atlas.recipe.base import DIFFERENT, LIST, Settings
 from fire_atlas.recipe.effect import (
+    MAX_VARIANTS,
     PAPER,
     Buoyancy,
     Composite,
@@ -19,7 +20,17 @@ from fire_atlas.recipe.effect import (
 )
 from fire_atlas.recipe.fit import READY_BUDGETS, Fit, FitOrNone
 from fire_atlas.recipe.fluid import FluidSource
-from fire_atlas.recipe.output import GODOT_BLEED, Atlas, Export, Maps, MovieName, TrackName
+from fire_atlas.recipe.gpu import GpuFormat, choices_of_blocks
+from fire_atlas.recipe.output import (
+    GODOT_BLEED,
+    Atlas,
+    Export,
+    Maps,
+    MovieName,
+    TrackName,
+    UnityExport,
+    export_name,
+)
 from fire_atlas.recipe.phases import PhasesOrNone
 from fire_atlas.recipe.problem import ContradictionError, Problem
 from fire_atlas.recipe.silk import SilkSource
@@ -33,9 +44,6 @@ from fire_atlas.recipe.source import (
 from fire_atlas.recipe.timeline import Timeline
 from fire_atlas.recipe.tree import MAX_NAME, NAME_PATTERN
 from fire_atlas.recipe.wind import MIN_LOOP_IN_WIND, Wind
-
-MAX_VARIANTS = 16
-"""Largest number of fires of one recipe."""
 
 _NEED_STRAIGHT = {"bleed", "members"}
 """Keys of ``atlas`` with which pages stay straight by default: single sprites of members are shown
@@ -108,6 +116,14 @@ class Recipe(Settings):
     def budget(self) -> Fit | None:
         """The budget of its pages, if it has one."""
         return self.fit if isinstance(self.fit, Fit) else None
+
+    @property
+    def texture_choices(self) -> list[tuple[GpuFormat, ...]]:
+        """The compressed textures that its pages may have: a budget leaves those of one kind of
+        blocks to each family of devices, if they hold colours."""
+        if self.budget is None or self.atlas.pixels != "color":
+            return [self.atlas.gpu]
+        return choices_of_blocks(self.atlas.gpu)
 
     @property
     def has_fire(self) -> bool:
@@ -320,6 +336,8 @@ def _idle_keys(recipe: Recipe) -> Iterator[Problem]:
                 )
     if flakes != "none":
         yield from _idle_keys_of_flakes(recipe, flakes)
+        if flakes.variants > 1:
+            yield from _against_sets_of_flakes(recipe, flakes)
 
 
 def _idle_keys_of_flakes(recipe: Recipe, flakes: Flakes) -> Iterator[Problem]:
@@ -556,6 +574,38 @@ def _against_variants(recipe: Recipe) -> Iterator[Problem]:
             variants,
             "of a clip are loops that are cut from it, but loop: none of the timeline plays it "
             "once; remove one of them",
+        )
+
+
+def _against_sets_of_flakes(recipe: Recipe, flakes: Flakes) -> Iterator[Problem]:
+    """Yield what cannot be combined with ``flakes.variants``."""
+    sets = ("flakes", "variants")
+    if recipe.variants > 1:
+        yield Problem(
+            sets,
+            "are sets of flakes over one flame, but each of variants is a fire with flakes of its "
+            "own already; remove one of them",
+        )
+    if flakes.bake:
+        yield Problem(
+            sets,
+            "are played from their tracks, but the pages show flakes already, of one set; add "
+            "flakes.bake: false, or use variants, which draws several fires",
+        )
+    if recipe.maps.flakes:
+        yield Problem(
+            sets, "are played from their tracks, but maps.flakes draws one set; remove one of them"
+        )
+    playing = {
+        export_name(export)
+        for export in recipe.exports
+        if not isinstance(export, UnityExport) or export.unity.flakes
+    }
+    if not playing & {"godot", "unity"} and not {*recipe.tracks} - {"light"}:
+        yield Problem(
+            sets,
+            "are in the tracks and in what engines play, and this recipe writes neither; add "
+            "tracks: [json], or remove it",
         )
 
 

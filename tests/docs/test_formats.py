@@ -109,6 +109,12 @@ RECIPES: dict[str, dict[str, Any]] = {
         "flakes": {"bake": False},
         "exports": ["godot"],
     },
+    "sparks": {
+        "source": {**CAMPFIRE, "count": 4},
+        "flakes": {"bake": False, "variants": 2},
+        "exports": ["json", "godot", "unity"],
+        "tracks": ["json", "csv", "pcache", "hjson"],
+    },
     "lit": {
         "source": {**CAMPFIRE, "count": 8},
         "timeline": {"loop": "crossfade"},
@@ -224,7 +230,7 @@ def test_every_file_of_a_build_is_listed(built: Path) -> None:
     for path in built.iterdir():
         ending = re.sub(
             rf"^({stems})(@0\.5x)?(-\d+)?(\.(v\d+\.)?((view|wind|extinguish)(_\d+)+|burn|ignite|extinguish|out|pages"
-            r"|\d{4}))?",
+            r"|\d{4}))?(\.v1(?=\.flakes))?",
             "",
             path.name,
         )

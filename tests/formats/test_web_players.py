@@ -161,6 +161,102 @@ the atlas that lies in `build`, and the page's script, with the block in it as i
 at the comments `// preload` and `// create`."""
 
 
+FIRES, SECONDS = 24, 3
+"""How many fires are placed, and how long they play."""
+
+APART: dict[str, tuple[str, str | None, str, str]] = {
+    "apart-pixi": (
+        "PixiJS", "pixi.js/dist/pixi.min.js", "json",
+        """
+        window.draw = async () => {
+          const sheet = await PIXI.Assets.load("build/street.json"), textures = sheet.animations.v2;
+          const frames = textures.map((each) => (
+            { texture: each, time: sheet.data.frames[each.label].duration }
+          ));
+          const began = FIRES.map(() => {
+            const sprite = new PIXI.AnimatedSprite(frames, false);
+            LINES
+            let frames_passed = 0;
+            sprite.onFrameChange = () => (frames_passed += 1);
+            const told = { start: sprite.currentFrame, speed: sprite.animationSpeed };
+            for (const tick of TICKS) sprite.update({ deltaTime: tick * 0.06 });
+            return { ...told, passed: frames_passed };
+          });
+          return { frames: [], began };
+        };
+        """,
+    ),
+    **{
+        f"apart-{program}": (
+            "Phaser", f"{program}/dist/phaser.min.js", "phaser",
+            """
+            window.draw = () => new Promise((done) => new Phaser.Game({
+              width: 40, height: 40, banner: false, audio: { noAudio: true }, scene: {
+                preload() {
+                  this.load.multiatlas("street", "build/street.phaser.json", "build/");
+                  this.load.animation("street-animations", "build/street.phaser.json");
+                },
+                create() {
+                  this.game.loop.stop();
+                  const began = FIRES.map(() => {
+                    const sprite = this.add.sprite(20, 20, "street");
+                    LINES
+                    let passed = 0, now = 0;
+                    sprite.on("animationupdate", () => (passed += 1));
+                    const { currentFrame, timeScale } = sprite.anims;
+                    for (const tick of TICKS) sprite.anims.update((now += tick), tick);
+                    return { start: currentFrame.index - 1, speed: timeScale, passed };
+                  });
+                  done({ frames: [], began });
+                },
+              },
+            }));
+            """,
+        )
+        for program in ("phaser", "phaser4")
+    },
+    "apart-three": (
+        "three.js", None, "json",
+        """
+        window.draw = async () => {
+          const fps = 24, count = 9;
+          const began = FIRES.map(() => {
+            const start = 10 * Math.random(), pace = 0.9 + 0.2 * Math.random(), shown = [];
+            let seconds = 0;
+            for (const tick of [0, ...TICKS]) {
+              seconds += tick / 1000;
+              LINES
+              shown.push(frame);
+            }
+            const passed = shown.filter((frame, i) => i && frame !== shown[i - 1]).length;
+            return { start: shown[0], speed: pace, passed };
+          });
+          return { frames: [], began };
+        };
+        """,
+    ),
+    "apart-css": (
+        "CSS", None, "css",
+        """
+        const fires = FIRES.map(() => document.body.appendChild(document.createElement("i")));
+        for (const each of fires) each.className = "v1";
+        window.draw = async () => {
+          LINES
+          const [first] = fires.map((each) => each.getAnimations({ subtree: true })[0]);
+          const { duration } = first.effect.getTiming();
+          const began = fires.map((each) => {
+            const [playing] = each.getAnimations({ subtree: true });
+            return { start: (-playing.effect.getTiming().delay / duration * 9) % 9, speed: 1 };
+          });
+          return { frames: [], began };
+        };
+        """,
+    ),
+}  # fmt: skip
+"""Pages made of lines of `docs/variants.md`: what stands before the lines, the client's script, the
+export that lies in `build`, and the page's script, where the lines stand for LINES."""
+
+
 TRIMS: dict[str, dict[str, Any]] = {
     "whole": {"trim": "none"}, "margin": {}, "cut": {"trim_margin": 0},
 }  # fmt: skip
@@ -215,6 +311,34 @@ def docs_page(name: str, folder: Path) -> None:
     write(case, folder / "build", "campfire")
     head = f'<!doctype html><body><script src="/modules/{program}"></script>'
     (folder / "index.html").write_text(f"{head}<script>{script % tuple(parts)}</script></body>")
+
+
+def lines_of_variants(client: str) -> str:
+    """Return the lines of `docs/variants.md` for a client: those under the comment of its name."""
+    (block,) = re.findall(
+        r"^```js\n(.*?)^```$", section("docs/variants.md", "Out of step"), re.M | re.S
+    )
+    parts = re.split(r"^// (PixiJS|Phaser|three\.js|CSS)\b.*\n", block, flags=re.M)
+    return dict(zip(parts[1::2], parts[2::2], strict=True))[client]
+
+
+def apart_page(name: str, folder: Path) -> None:
+    """Write a page that places fires as the docs say, and the atlas that they show."""
+    client, program, export, script = APART[name]
+    ending = ".phaser.json" if export == "phaser" else f".{export}"
+    (folder / "build").mkdir(parents=True)
+    title = "v1" if export == "css" else "v2"
+    write(Case("page", export, ending, title=title), folder / "build", "street")
+    script = script.replace("LINES", lines_of_variants(client))
+    script = script.replace("FIRES", f"Array({FIRES}).fill()")
+    script = script.replace("TICKS", f"Array({round(1000 * SECONDS / TICK)}).fill({TICK})")
+    head = "<!doctype html><body>"
+    if program is not None:
+        head += f'<script src="/modules/{program}"></script>'
+    if export == "css":
+        style = (folder / "build/street.css").read_text().replace('url("', 'url("build/')
+        head += f"<style>{style}</style>"
+    (folder / "index.html").write_text(f"{head}<script>{script}</script></body>")
 
 
 def clip(case: Case) -> list[Pixels]:
@@ -318,6 +442,11 @@ def drawn(node: str, chromium: Path, tmp_path_factory: pytest.TempPathFactory) -
     })  # fmt: skip
     for name in DOCS:
         docs_page(name, root / name)
+        jobs.append(
+            {**common, "id": name, "client": "page", "folder": str(root / name), "names": []}
+        )
+    for name in APART:
+        apart_page(name, root / name)
         jobs.append(
             {**common, "id": name, "client": "page", "folder": str(root / name), "names": []}
         )
@@ -454,3 +583,20 @@ def test_a_transparent_px_keeps_hard_edges_smooth_where_pixi_turns_them(drawn: A
 def test_lines_of_the_docs_play_the_fire_as_they_stand(page: str, drawn: Any) -> None:
     assert drawn[page]["errors"] == []
     assert drawn[page]["playing"] == [f"campfire/{i:04}" for i in range(len(frames()))]
+
+
+@pytest.mark.parametrize("page", APART)
+def test_lines_of_the_docs_let_fires_begin_apart(page: str, drawn: Any) -> None:
+    """Each begins at a moment of its own, and plays up to a tenth slower or faster."""
+    assert drawn[page]["errors"] == []
+    began, count = drawn[page]["began"], len(frames())
+    starts, speeds = [fire["start"] for fire in began], [fire["speed"] for fire in began]
+    assert len(starts) == FIRES and all(0 <= start < count for start in starts)
+    # The chance that so many evenly drawn frames are of four kinds or fewer is below 1e-6.
+    assert len({int(start) for start in starts}) > 4
+    if page == "apart-css":
+        assert set(speeds) == {1}
+        return
+    assert 0.9 <= min(speeds) < max(speeds) <= 1.1 and len(set(speeds)) == FIRES
+    for fire in began:
+        assert fire["passed"] == pytest.approx(SECONDS * FPS * fire["speed"], abs=1.01)

@@ -11,14 +11,17 @@ import pytest
 from numpy.typing import NDArray
 
 from fire_atlas.atlas.encode import encode_frame
+from fire_atlas.atlas.gpu import light_of
 from fire_atlas.atlas.trim import trimmed
 from fire_atlas.core.context import BuildContext
 from fire_atlas.core.pixels import hex_to_linear
 from fire_atlas.core.workers import Workers
+from fire_atlas.formats.textures.blocks import FORMATS, decode_blocks
+from fire_atlas.formats.textures.encode import encode_images
 from fire_atlas.pipeline.animation.contribution import FinishedAnimation
 from fire_atlas.pipeline.animation.render import RenderedFrame
-from fire_atlas.pipeline.fit.fit import FitSearch
-from fire_atlas.pipeline.fit.frames import DAY, at_heights, squared_errors
+from fire_atlas.pipeline.fit.fit import FitSearch, closest, searches_of
+from fire_atlas.pipeline.fit.frames import DAY, as_textures, at_heights, squared_errors
 from fire_atlas.pipeline.fit.selection import holds, selections
 from fire_atlas.recipe.fit import READY_BUDGETS, Fit
 from fire_atlas.recipe.models import Recipe
@@ -83,17 +86,47 @@ def test_the_budget_is_kept(fit: dict[str, Any], atlas: dict[str, Any], repo: Re
 
 
 def test_compressed_textures_count_as_the_largest_of_them(repo: Repo) -> None:
+    """Those of heat, among which there is no choice."""
     repo.clip(count=12)
-    gpu = ["bc1.dds", "bc7.ktx2", "bc7.dds"]
-    recipe = repo.recipe(
-        fit={"memory": 0.02}, atlas={"gpu": gpu, "gpu_quality": "draft", "alpha": "additive"}
-    )
+    gpu = ["astc-8x8.ktx2", "astc-4x4.ktx2", "bc4.dds"]
+    atlas = {"gpu": gpu, "gpu_quality": "draft", "pixels": "heat"}
+    repo.built(repo.recipe(fit={"memory": 0.02}, atlas=atlas, flakes="none"))
+    found = manifest(repo)
+    assert found["fit"]["memory"] == found["memory"]["astc-4x4"] <= 0.02 * MIB
+    assert found["memory"]["bc4"] * 2 == found["memory"]["astc-4x4"]
+    assert found["memory"]["astc-8x8"] * 3 < found["memory"]["astc-4x4"]
+    headers = 148
+    assert (repo.build / "fire.bc4.dds").stat().st_size == headers + found["memory"]["bc4"]
+    assert "blocks" not in found["fit"]
+
+
+ASTC, BC7 = ["astc-8x8.ktx2", "astc-4x4.ktx2"], ["bc7.dds", "bc7.ktx2"]
+
+
+@pytest.mark.parametrize(
+    ("memory", "listed", "blocks"),
+    [
+        (0.01, ASTC, ["astc-8x8"]),
+        (8, ASTC, ["astc-4x4"]),
+        # All families show the same pages, and BC7 takes as much as ASTC of 4 x 4.
+        (0.01, ASTC + BC7, ["astc-4x4", "bc7"]),
+    ],
+)
+def test_each_family_of_devices_gets_the_blocks_that_come_closest(
+    memory: float, listed: list[str], blocks: list[str], repo: Repo
+) -> None:
+    repo.clip(count=6)
+    atlas = {"gpu": listed, "gpu_quality": "draft", "alpha": "premultiplied"}
+    recipe = repo.recipe(fit={"memory": memory}, atlas=atlas)
     repo.built(recipe)
     found = manifest(repo)
-    assert found["fit"]["memory"] == found["memory"]["bc7"] <= 0.02 * MIB
-    assert found["memory"]["bc1"] * 2 == found["memory"]["bc7"]
-    headers = 148
-    assert (repo.build / "fire.bc7.dds").stat().st_size == headers + found["memory"]["bc7"]
+    assert found["fit"]["blocks"] == blocks
+    assert found["fit"]["memory"] == max(found["memory"][each] for each in blocks)
+    assert found["fit"]["memory"] <= memory * MIB
+    textures = {path.name for path in repo.build.iterdir() if path.suffix in (".dds", ".ktx2")}
+    assert textures == {f"fire.{each}" for each in listed if each.partition(".")[0] in blocks}
+    assert repo.run("build", recipe).is_up_to_date
+    assert blocks[0] in repo.run("inspect", repo.build / "fire.json", "--budget").out
 
 
 def test_what_is_left_plays_as_long_and_each_frame_is_one_of_the_whole(repo: Repo) -> None:
@@ -137,9 +170,10 @@ def test_more_is_closer_and_the_curve_says_so(repo: Repo) -> None:
     assert all(point["memory"] <= point["budget"] for point in curve)
 
 
-def test_any_number_of_workers_gives_the_same_bytes(repo: Repo) -> None:
+@pytest.mark.parametrize("atlas", [{}, {"gpu": ASTC, "gpu_quality": "draft"}], ids=str)
+def test_any_number_of_workers_gives_the_same_bytes(atlas: dict[str, Any], repo: Repo) -> None:
     repo.clip(count=12)
-    recipe = repo.recipe(fit={"memory": 0.06})
+    recipe = repo.recipe(fit={"memory": 0.06}, atlas=atlas)
     first = repo.built(recipe, "--jobs", "1")
     for jobs in ("2", "8"):
         assert repo.built(recipe, "--force", "--jobs", jobs) == first
@@ -200,10 +234,17 @@ def test_of_each_number_of_frames_the_best_is_found(seed: int) -> None:
     assert all(each.error == pytest.approx(error(each.kept)) for each in found)
 
 
-def search_of(frames: Sequence[RenderedFrame], context: BuildContext, **atlas: Any) -> FitSearch:
+def all_searches(
+    frames: Sequence[RenderedFrame], context: BuildContext, **atlas: Any
+) -> list[FitSearch]:
     animations = {"fire": FinishedAnimation(list(frames), 24, True)}
     keys: Mapping[str, Any] = {"source": {"path": "clip"}, "atlas": atlas, "fit": {"memory": 1}}
-    return FitSearch(animations, Recipe.model_validate(keys), Fit(memory=1), context)
+    return searches_of(animations, Recipe.model_validate(keys), Fit(memory=1), context)
+
+
+def search_of(frames: Sequence[RenderedFrame], context: BuildContext, **atlas: Any) -> FitSearch:
+    (search,) = all_searches(frames, context, **atlas)
+    return search
 
 
 def flames(count: int, height: int = 48) -> list[RenderedFrame]:
@@ -250,6 +291,55 @@ def test_of_a_short_clip_the_best_of_all_heights_and_frames_is_found(atlas: Any)
             if found is not None and best is not None:
                 assert every[found.height, found.kept] == (best[0], found.memory)
                 assert found.height == best[1] and found.memory <= limit
+
+
+def test_of_several_kinds_of_blocks_the_best_of_all_trials_is_found() -> None:
+    with Workers(2) as workers:
+        context = BuildContext.silent(workers)
+        gpu = ["astc-4x4.ktx2", "astc-6x6.ktx2"]
+        searches = all_searches(flames(8), context, alpha="premultiplied", gpu=gpu)
+        every = list[tuple[float, int]]()
+        for search in searches:
+            search.levels = dict(list(search.levels.items())[:1])
+            (height,) = search.levels
+            for choice in search.levels[height].choices:
+                memory = search.pack(height, choice.kept)
+                assert memory is not None
+                every.append((choice.error, memory))
+        assert len(every) == 2 * 2**7
+        sizes, chosen = sorted(memory for _, memory in every), set[tuple[str, ...]]()
+        for limit in sizes[::30]:
+            found = closest(searches, limit)
+            assert found is not None
+            search, trial = found
+            chosen.add(trial.blocks)
+            error_of = {c.kept: c.error for c in search.levels[trial.height].choices}
+            best = min(error for error, memory in every if memory <= limit)
+            assert error_of[trial.kept] == best and trial.memory <= limit
+        assert chosen == {("astc-4x4",), ("astc-6x6",)}
+        assert closest(searches, sizes[0] - 1) is None
+
+
+@pytest.mark.parametrize("blocks", ["bc7", "astc-6x6"])
+def test_errors_have_in_them_what_compression_changes(blocks: str) -> None:
+    settings = Atlas(alpha="premultiplied")
+    sprites = [frame.sprites[0] for frame in flames(3)]
+    with Workers(2) as workers:
+        (heights,) = as_textures([sprites], [blocks], settings, workers)
+        errors = squared_errors(sprites, heights, settings, workers)[0]
+        exact = squared_errors(sprites, [sprites], settings, workers)[0]
+        for i, (sprite, shown) in enumerate(zip(sprites, heights[0], strict=True)):
+            format_, (height, width, _) = FORMATS[blocks], sprite.image.shape
+            ((data,),) = encode_images([sprite.image], [format_], False, workers, quality="draft")
+            wanted = decode_blocks(data, width, height, format_, False, workers)
+            assert np.array_equal(shown.image, wanted)
+            off = light_over_black(wanted) - light_over_black(sprite.image)
+            assert errors[i, i] >= np.sum(off**2) > 0 and exact[i, i] == 0
+
+
+def light_over_black(image: NDArray[np.uint8]) -> NDArray[np.float32]:
+    """Light over black of the bytes of a premultiplied page."""
+    return light_of(image, Atlas(alpha="premultiplied"))[..., :3]
 
 
 def test_it_is_never_worse_than_every_nth_frame_at_the_same_memory() -> None:

@@ -60,7 +60,7 @@ def tracks_of(folder: Path, recipe: str) -> Mapping[str, Tracks]:
         clips = open_input(part, context)
         assert not isinstance(clips, Sprites | FireInWind)
         found = animate_views(part.recipe, clips, (), {}, context).animations
-    return {name: each.tracks for name, each in found.items() if each.tracks is not None}
+    return {name: each.tracks[0] for name, each in found.items() if each.tracks}
 
 
 def seen(folder: Path, source: dict[str, Any] | None = None, **keys: Any) -> list[Tracks]:

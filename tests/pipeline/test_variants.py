@@ -12,10 +12,10 @@ import pytest
 from PIL import Image
 
 from fire_atlas.cli import main
+from fire_atlas.core.chance import RandomStream, seed_of
 from fire_atlas.core.shipped import shipped
 from fire_atlas.formats.atlas.texture_packer import read_atlas
 from fire_atlas.formats.tracks.tracks_json import read_all_tracks
-from fire_atlas.pipeline.animation.vary import seed_of
 from fire_atlas.preview.cut_frames import cut_frames
 from tests.support.variants import pairs_of
 from tests.support.wind import SILK
@@ -67,11 +67,12 @@ def test_the_first_variant_is_the_fire_of_a_recipe_without(tmp_path: Path) -> No
     assert [a.variant for a in several.sheet.animations] == [0, 1, 2]
     for one, other in zip(frames[:12], cut_frames(alone), strict=True):
         np.testing.assert_array_equal(one, other)
-    other_seed = seed_of(7, 2)
+    other_seed = seed_of(7, RandomStream.VARIANTS, 2)
     third = read_atlas(
         built(tmp_path, "third", **{**SMALL, "flakes": "none", "seed": other_seed, "variants": 1})
     )
-    assert len({seed_of(seed, k) for seed, k in product(range(50), range(16))}) == 50 * 16
+    seeds = {seed_of(s, RandomStream.VARIANTS, k) for s, k in product(range(50), range(16))}
+    assert len(seeds) == 50 * 16
     for one, other in zip(frames[24:], cut_frames(third), strict=True):
         np.testing.assert_array_equal(one, other)
 
@@ -82,7 +83,7 @@ def test_the_class_of_the_first_fire_decides_for_all(tmp_path: Path) -> None:
     flakes = [figures["flakes"] for figures in found.values()]
     assert len({(each["class"], each["style"]) for each in flakes}) == 1
     seeds = [tracks.seed for tracks in read_all_tracks(read_atlas(path)).values()]
-    assert seeds == [seed_of(0, number) for number in range(3)]
+    assert seeds == [seed_of(0, RandomStream.VARIANTS, number) for number in range(3)]
 
 
 @pytest.mark.parametrize(

@@ -66,7 +66,7 @@ class EffectRun:
     @property
     def simulated(self) -> SimulatedClip:
         """Return what rendering reads."""
-        return SimulatedClip(self.clip, self.study, self.analysis, self.tracks)
+        return SimulatedClip(self.clip, self.study, self.analysis, (self.tracks,))
 
     @property
     def rows(self) -> Array:

@@ -43,9 +43,9 @@ def export_godot(product: Product) -> Iterator[OutputFile]:
     yield from haze_scripts(product)
     yield from heat_files(product)
     if "csv" in product.track_formats:
-        for animation in product.tracks:
+        for stem, _ in product.track_stems():
             # Godot would import every CSV as translations.
-            table = flakes_file(product.stem(animation), "csv")
+            table = flakes_file(stem, "csv")
             yield OutputFile(table + IMPORT_ENDING, "import", KEEP)
 
 

@@ -1,6 +1,6 @@
 """What a scene needs to fly the flakes of the tracks: their tables, scripts and shader."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from fire_atlas.atlas.sheet import AtlasSheet, Region
@@ -28,9 +28,11 @@ _THINNER = """\
 
 def flake_player(product: Product, arrays: FlakeArrays) -> Iterator[OutputFile]:
     """Yield the tables of the flakes that the scene plays, and the scripts that fly them."""
-    yield flake_tables(product, FLAKE_TABLES, arrays, list(played_flakes(product)))
+    flakes = played_flakes(product)
+    yield flake_tables(product, FLAKE_TABLES, arrays, flakes)
+    textured, has_sets = bool(arrays.cells), has_several_sets(flakes)
     for ending in (FLAKE_TRACKS, FLAKE_PLAYER):
-        yield from script(product, ending, textured=bool(arrays.cells))
+        yield from script(product, ending, textured=textured, has_sets=has_sets)
 
 
 def played_arrays(product: Product) -> FlakeArrays | None:
@@ -40,10 +42,16 @@ def played_arrays(product: Product) -> FlakeArrays | None:
     return flake_arrays(flakes, pivots(sheet), names, sheet.states) if flakes else None
 
 
-def played_flakes(product: Product) -> dict[str, Tracks]:
-    """Return the flakes that the scene plays: those that the pages do not show, or else all."""
-    not_baked = {name: flown for name, flown in product.tracks.items() if name not in product.baked}
-    return not_baked or dict(product.tracks)
+def played_flakes(product: Product) -> dict[str, tuple[Tracks, ...]]:
+    """Return the flakes that the scene plays, all sets of each animation: those that the pages do
+    not show, or else all."""
+    not_baked = [name for name in product.tracks if name not in product.baked]
+    return {name: product.all_tracks(name) for name in not_baked or product.tracks}
+
+
+def has_several_sets(flakes: Mapping[str, Sequence[Tracks]]) -> bool:
+    """Return whether an animation has more than one set of flakes."""
+    return any(len(sets) > 1 for sets in flakes.values())
 
 
 def played_cells(product: Product, sheet: AtlasSheet) -> tuple[Region, ...]:
@@ -87,16 +95,16 @@ def flake_tables(
     product: Product,
     ending: str,
     arrays: FlakeArrays,
-    animations: Sequence[str],
+    flakes: Mapping[str, Sequence[Tracks]],
 ) -> OutputFile:
-    """Return the resource with the flakes of ``animations``, in this order."""
+    """Return the resource with ``flakes``, of which ``arrays`` are made."""
     named = titles(animation.name for animation in product.sheets[0].animations)
     return resource(
         "flakes.tres",
         f"{product.name}{ending}",
         product,
         script=script_reference(product, FLAKE_TRACKS),
-        animations=[named[animation] for animation in animations],
+        animations=[named[animation] for animation, sets in flakes.items() for _ in sets],
         flakes=arrays,
     )
 

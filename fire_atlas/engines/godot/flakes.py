@@ -70,7 +70,7 @@ class FlakeArrays:
 
 
 def flake_arrays(
-    tracks: Mapping[str, Tracks],
+    tracks: Mapping[str, Sequence[Tracks]],
     pivots: Mapping[str, tuple[float, float]],
     names: Sequence[str] = (),
     graph: StateGraph | None = None,
@@ -78,38 +78,42 @@ def flake_arrays(
     """Return the arrays of flakes.
 
     Args:
-        tracks: By animation.
+        tracks: By animation, every set of its flakes; these follow one another.
         pivots: The pivot of each animation, px.
         names: Of the cells of textures that can be played, in the order of their indices.
         graph: How the animations lead to one another, if they do.
     """
     begins, first, following = [0], [0], list[int]()
-    begins_of = dict[str, int]()
+    begins_of = dict[str, list[int]]()
     index = {name: i for i, name in enumerate(names)}
     cells = list[int]()
     tables = []
-    for name, recorded in tracks.items():
+    for name, recorded in _named_sets(tracks):
         assert_finite(recorded)
         drawn = as_drawn(recorded)
         counts = [len(frame) for frame in drawn.frames]
         rows_after = drawn.following_rows()
         following += np.where(rows_after < 0, -1, first[-1] + rows_after).tolist()
-        begins_of[name] = begins[-1]
+        begins_of.setdefault(name, []).append(begins[-1])
         first += [first[-1] + int(end) for end in np.cumsum(counts)]
         begins.append(len(first) - 1)
         tables += [_rows(frame, drawn, pivots[name]) for frame in drawn.frames]
         cells += _cells(drawn, index)
     for way in graph.transitions if graph else ():
-        if not tracks[way.before].loop:
-            row = first[begins_of[way.before] + way.frame]
-            after = _rows_after(tracks, way, first[begins_of[way.after] + way.entry])
-            following[row : row + len(after)] = after.tolist()
+        here, there = (
+            [*zip(tracks[n], begins_of[n], strict=True)] for n in (way.before, way.after)
+        )
+        for (before, begin), (after, entry) in zip(here, there, strict=True):
+            if not before.loop:
+                row, entered = first[begin + way.frame], first[entry + way.entry]
+                rows_after = _rows_after(before, after, way, entered)
+                following[row : row + len(rows_after)] = rows_after.tolist()
     rows = np.concatenate(tables)
     return FlakeArrays(
         begins=begins,
-        loops=[int(flown.loop) for flown in tracks.values()],
-        rounds=[flown.rounds for flown in tracks.values()],
-        hard=[int(flown.hard) for flown in tracks.values()],
+        loops=[int(flown.loop) for _, flown in _named_sets(tracks)],
+        rounds=[flown.rounds for _, flown in _named_sets(tracks)],
+        hard=[int(flown.hard) for _, flown in _named_sets(tracks)],
         first=first,
         next=following,
         rows=rows,
@@ -119,21 +123,22 @@ def flake_arrays(
     )
 
 
+def _named_sets(tracks: Mapping[str, Sequence[Tracks]]) -> list[tuple[str, Tracks]]:
+    """Return each set of flakes with the name of its animation."""
+    return [(name, flown) for name, sets in tracks.items() for flown in sets]
+
+
 def _rows_after(
-    tracks: Mapping[str, Tracks], way: StateTransition, first: int
+    before: Tracks, after: Tracks, way: StateTransition, first: int
 ) -> NDArray[np.int64]:
-    """Return the index of the same flake, or -1, for each row of the frame before a transition;
-    ``first`` is that of the first row of the frame after it."""
-    here, there = (
-        by_column(tracks[name].frames[frame])
-        for name, frame in ((way.before, way.frame), (way.after, way.entry))
-    )
+    """Return the index of the same flake, or -1, for each row of the frame ``before`` a transition;
+    ``first`` is that of the first row of the frame ``after`` it."""
+    here, there = by_column(before.frames[way.frame]), by_column(after.frames[way.entry])
     from scipy.spatial import KDTree
 
     if not len(there["x"]):
         return np.full(len(here["x"]), -1)
-    fps = tracks[way.before].fps
-    ahead = np.column_stack([here[axis] + here[f"v{axis}"] / fps for axis in "xy"])
+    ahead = np.column_stack([here[axis] + here[f"v{axis}"] / before.fps for axis in "xy"])
     off, nearest = KDTree(np.column_stack([there["x"], there["y"]])).query(ahead)
     return np.where(off < _SAME, first + nearest, -1)
 
@@ -173,7 +178,7 @@ def _bounds(rows: NDArray[np.float64], has_corners: NDArray[np.bool_]) -> tuple[
 
 
 def flake_arrays_in_space(
-    tracks: Mapping[str, Tracks], graph: StateGraph | None = None
+    tracks: Mapping[str, Sequence[Tracks]], graph: StateGraph | None = None
 ) -> FlakeArrays:
     """Return the arrays of ``tracks`` of a fire with depth, as seen by any camera, without cells.
 
@@ -183,7 +188,8 @@ def flake_arrays_in_space(
     to that. ``bounds`` has the size of a cube around the origin that holds all flakes.
     """
     arrays = flake_arrays(tracks, dict.fromkeys(tracks, (0.0, 0.0)), graph=graph)
-    tables = [_rows_in_space(rows, flown) for flown in tracks.values() for rows in flown.frames]
+    sets = _named_sets(tracks)
+    tables = [_rows_in_space(rows, flown) for _, flown in sets for rows in flown.frames]
     rows = np.concatenate(tables)
     return replace(arrays, rows=rows, bounds=_cube(rows), decimals=_DECIMALS_IN_SPACE)
 

@@ -1,12 +1,11 @@
 """The scene of each scale, and the one that adds up the light of flame and flakes."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from typing import Any
 
 from fire_atlas.atlas.sheet import AtlasSheet, Phase, StateGraph
 from fire_atlas.core.output_file import OutputFile
-from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.engines.godot.flake_player import (
     flake_shader,
     played_cells,
@@ -47,8 +46,9 @@ _PHASES: Mapping[str, Phase] = {"burn": "burn", "ignition": "ignite", "extinctio
 """Which phase is shown by the animation that a property of a scene's script names."""
 
 
-def scene(product: Product, sheet: AtlasSheet, flakes: dict[str, Tracks]) -> OutputFile:
-    """Return the scene of a scale, which plays the fire with ``flakes`` and what else it has."""
+def scene(product: Product, sheet: AtlasSheet, flakes: Collection[str]) -> OutputFile:
+    """Return the scene of a scale, which plays the fire with what it has; ``flakes`` are the
+    animations whose flakes it flies."""
     return resource(
         "scene.tscn",
         sheet.name + SCENE_ENDING,

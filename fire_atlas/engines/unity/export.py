@@ -273,10 +273,11 @@ class _Export:
         )
 
     def flakes_by_animation(self) -> Iterator[AnimationFlakes]:
-        """Yield the flakes of each animation."""
+        """Yield every set of the flakes of each animation."""
         pivots = self.pivots()
-        for animation, tracks in self.product.tracks.items():
-            yield AnimationFlakes(self.states[animation], pivots[animation], tracks)
+        for animation in self.product.tracks:
+            for tracks in self.product.all_tracks(animation):
+                yield AnimationFlakes(self.states[animation], pivots[animation], tracks)
 
     def pivots(self) -> dict[str, tuple[float, float]]:
         """Return the pivot (x, y) of each animation in its full-size frame, px, y down."""

@@ -15,6 +15,8 @@ animations            their number; then for each
 rows                  26 bytes for each flake in each frame, of all animations in turn
 ====================  =====================================================================
 
+Sets of flakes over one animation (``flakes.variants``) follow one another, with its name each.
+
 A row is x, y (float32) and dx, dy, size, stretch, rotation, r, g, b, tail (float16): px, y down, as
 in ``effect.flakes.tracks``; dx, dy the displacement to the next frame; r g b the linear light at
 the head.

@@ -10,11 +10,12 @@ from fire_atlas.core.clip import Clip
 from fire_atlas.core.context import BuildContext
 from fire_atlas.core.pixels import Pixels
 from fire_atlas.effect.field.wind import wind_in_view
+from fire_atlas.effect.flakes.texture import TextureCells
 from fire_atlas.effect.flakes.tracks import Tracks, visible_count
 from fire_atlas.effect.flame.study import FlameStudy
 from fire_atlas.heat.ready import RampLight
 from fire_atlas.maps.maker import AnimationParts
-from fire_atlas.pipeline.animation.analyse import analyse
+from fire_atlas.pipeline.animation.analyse import Analysis, analyse
 from fire_atlas.pipeline.animation.classify import classify
 from fire_atlas.pipeline.animation.contribution import (
     Contribution,
@@ -28,6 +29,7 @@ from fire_atlas.pipeline.animation.prepare import prepare
 from fire_atlas.pipeline.animation.render import render, skipped_flames
 from fire_atlas.pipeline.animation.simulate import (
     FlightInDepth,
+    recipes_of_sets,
     see_flight,
     simulate,
     without_dark_end,
@@ -71,14 +73,14 @@ def animate_views(
     of the flakes' texture, which all views share. The flakes fly once for all ``ramps``, which are
     as from ``open_ramps``.
     """
-    decided, texture, flight = recipe, None, None
+    decided, texture, flights = recipe, None, tuple[FlightInDepth, ...]()
     drawn = dict[tuple[str, str], FinishedAnimation]()
     for view in prepared_views(recipe, clips, context):
         decided = view.recipe
         texture = texture or prepared_texture(view.recipe, view.clip, cells, context)
-        if flight is None and flies_in_depth(view.recipe, view.clip):
-            flight = fly_in_depth(view.recipe, view.clip, view.study, clips.values(), context)
-        simulated = add_flakes(view, flight, texture, context)
+        if not flights and flies_in_depth(view.recipe, view.clip):
+            flights = fly_in_depth(view.recipe, view.clip, view.study, clips.values(), context)
+        simulated = add_flakes(view, flights, texture, context)
         for ramp, coloured in in_ramps(simulated, ramps, context):
             drawn[ramp, view.name] = finish(view.recipe, coloured, context)
     animations = {
@@ -130,32 +132,51 @@ def prepared_views(
 
 def add_flakes(
     view: PreparedView,
-    flight: FlightInDepth | None,
+    flights: Sequence[FlightInDepth],
     texture: "PreparedTexture | None",
     context: BuildContext,
 ) -> SimulatedClip:
-    """Analyse a view and simulate its flakes; those of a fire with depth have their ``flight``."""
-    recipe, clip, study, timer = view.recipe, view.clip, view.study, context.timer
-    analysis = tracks = None
-    shape = texture.shape if texture else None
-    with timer.measure("analyse"):
-        if flight is None and recipe.has_effect:
+    """Analyse a view and simulate its flakes, in as many sets as its recipe asks for; those of a
+    fire with depth have their ``flights``."""
+    recipe, clip, study = view.recipe, view.clip, view.study
+    analysis, tracks, shape = None, tuple[Tracks, ...](), texture.shape if texture else None
+    with context.timer.measure("analyse"):
+        if not flights and recipe.has_effect:
             analysis = analyse(clip, study, recipe, context)
         elif recipe.needs_field:
             analysis = analyse(clip, study, recipe.without_flakes(), context)
-    with timer.measure("fly"):
-        if recipe.flakes != "none":
-            if flight is not None:
-                tracks = see_flight(clip, study, flight, recipe, context, shape)
-            elif analysis is not None:
-                tracks = simulate(clip, study, analysis, recipe, context, shape)
-        if tracks is not None:
-            _note_flakes_left(clip, tracks, recipe.timeline.loop, context)
-            clip, tracks = without_dark_end(clip, tracks)
+    if recipe.flakes != "none":
+        tracks = tuple(_flown(view, flights, analysis, shape, context))
+        _note_flakes_left(clip, tracks[0], recipe.timeline.loop, context)
+        clip, tracks = without_dark_end(clip, tracks)
     is_drawn = isinstance(recipe.source, FramesSource) and (
         is_flat_art(clip) or ends_at_outlines(clip)
     )
     return SimulatedClip(clip, study, analysis, tracks, shape, is_drawn=is_drawn)
+
+
+def _flown(
+    view: PreparedView,
+    flights: Sequence[FlightInDepth],
+    analysis: Analysis | None,
+    shape: TextureCells | None,
+    context: BuildContext,
+) -> Iterator[Tracks]:
+    """Yield each set of the flakes of a view, whose ``analysis`` is that of the first."""
+    clip, study, timer, recipes = view.clip, view.study, context.timer, recipes_of_sets(view.recipe)
+    if flights:
+        for flight, own in zip(flights, recipes, strict=True):
+            with timer.measure("fly"):
+                tracks = see_flight(clip, study, flight, own, context, shape)
+            yield tracks
+        return
+    for own in recipes:
+        with timer.measure("analyse"):
+            births = analysis or analyse(clip, study, own, context)
+        with timer.measure("fly"):
+            tracks = simulate(clip, study, births, own, context, shape)
+        yield tracks
+        analysis = None  # other sets have births and turbulence of their own
 
 
 def finish(recipe: Recipe, simulated: SimulatedClip, context: BuildContext) -> FinishedAnimation:
@@ -201,7 +222,7 @@ def _note_flakes_left(clip: Clip, tracks: Tracks, loop: str, context: BuildConte
         )
 
 
-def _statistics(recipe: Recipe, clip: Clip, tracks: Tracks | None) -> dict[str, Any]:
+def _statistics(recipe: Recipe, clip: Clip, sets: Sequence[Tracks]) -> dict[str, Any]:
     statistics: dict[str, Any] = {
         "frames": clip.count,
         "frame_size": [clip.width, clip.height],
@@ -210,7 +231,7 @@ def _statistics(recipe: Recipe, clip: Clip, tracks: Tracks | None) -> dict[str, 
     }
     if clip.hue_error is not None:
         statistics["blended"] = {"hue_error": round(clip.hue_error, 2)}
-    if tracks is not None:
+    for tracks in sets[:1]:
         alive = [len(rows) for rows in tracks.frames]
         statistics["flakes"] = {
             "born": len(np.unique(np.concatenate(tracks.flights))),

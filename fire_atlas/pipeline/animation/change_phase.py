@@ -34,6 +34,7 @@ from fire_atlas.pipeline.animation.flame_part import parting
 from fire_atlas.pipeline.animation.fly_in_depth import flies_in_depth, fly_in_depth
 from fire_atlas.pipeline.animation.layers import SimulatedClip
 from fire_atlas.pipeline.animation.prepare import without_veil
+from fire_atlas.pipeline.animation.simulate import FlightInDepth
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.phases import NEEDS_LOOP, Phases
 from fire_atlas.recipe.source import FramesSource
@@ -105,10 +106,10 @@ def animate_in_phases(
         raise RecipeError(f"{NEEDS_LOOP}, or set timeline.loop: crossfade", key=("phases",))
     view = replace(view, recipe=view.recipe.in_one_round())
     texture = prepared_texture(view.recipe, view.clip, cells, context)
-    flight = None
+    flights = tuple[FlightInDepth, ...]()
     if flies_in_depth(view.recipe, view.clip):
-        flight = fly_in_depth(view.recipe, view.clip, view.study, clips.values(), context)
-    burning = add_flakes(view, flight, texture, context)
+        flights = fly_in_depth(view.recipe, view.clip, view.study, clips.values(), context)
+    burning = add_flakes(view, flights, texture, context)
     for ramp in ramps.values():
         burning = burning.in_ramp(ramp, context)
     with context.timer.measure("study"):
@@ -282,8 +283,7 @@ class _PhasedFire:
         flakes: Callable[[Tracks, NDArray[np.intp], NDArray[np.float64]], Tracks],
     ) -> SimulatedClip:
         """Return what plays ``frames`` once, as ``picture`` draws them, with their ``flakes``."""
-        tracks = self.burning.tracks
-        flown = None if tracks is None else flakes(tracks, frames.shown, frames.fuel)
+        flown = [flakes(tracks, frames.shown, frames.fuel) for tracks in self.burning.tracks]
         clip = _replayed(self.burning.clip, frames.shown, frames.fuel, picture)
         return self._simulated(clip, frames, flown)
 
@@ -325,20 +325,24 @@ class _PhasedFire:
             own = self.draw(int(shown[i]), float(fuel[i]))
             return mixed(own, dying.clip.read(i), float(share[i]))
 
-        tracks, flown = self.burning.tracks, None
-        if tracks is not None and dying.tracks is not None:
-            flown = passing_flakes(tracks, shown, frames.fuel, dying.tracks, share)
+        flown = [
+            passing_flakes(tracks, shown, frames.fuel, after, share)
+            for tracks, after in zip(self.burning.tracks, dying.tracks, strict=True)
+        ]
         # All else than the picture is that of the fire that is more than half of it.
         nearest = np.where(share < 0.5, shown, frames.shown[: len(shown)])
         clip = _replayed(self.burning.clip, nearest, fuel, picture)
         return self._simulated(clip, PhaseFrames(nearest, fuel), flown)
 
-    def _simulated(self, clip: Clip, frames: PhaseFrames, tracks: Tracks | None) -> SimulatedClip:
+    def _simulated(
+        self, clip: Clip, frames: PhaseFrames, tracks: Sequence[Tracks]
+    ) -> SimulatedClip:
         burning, analysis, colours = self.burning, self.burning.analysis, self.burning.recolouring
         if analysis is not None:
             analysis = replace(analysis, field=analysis.field.played(frames.shown, frames.fuel))
         if colours is not None:
             colours = replace(colours, solids=clip.solids)
+        tracks = tuple(tracks)
         return replace(burning, clip=clip, analysis=analysis, tracks=tracks, recolouring=colours)
 
 

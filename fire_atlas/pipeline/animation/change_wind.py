@@ -22,6 +22,7 @@ from fire_atlas.pipeline.animation.flake_texture import PreparedTexture
 from fire_atlas.pipeline.animation.fly_in_depth import flies_in_depth, fly_in_depth
 from fire_atlas.pipeline.animation.layers import SimulatedClip
 from fire_atlas.pipeline.animation.prepare import prepare
+from fire_atlas.pipeline.animation.simulate import FlightInDepth
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.timeline.wind_change import MAX_STEP, ChosenChange, change_frames, choose_changes
 
@@ -67,10 +68,10 @@ def _with_flakes(
 ) -> SimulatedClip:
     """Return a loop, of a fire whose foot is at ``base``, with its flakes."""
     view = replace(view, study=replace(view.study, base=base))
-    recipe, clip, flight = view.recipe, view.clip, None
+    recipe, clip, flights = view.recipe, view.clip, tuple[FlightInDepth, ...]()
     if flies_in_depth(recipe, clip):
-        flight = fly_in_depth(recipe, clip, view.study, [clip], context)
-    return add_flakes(view, flight, texture, context)
+        flights = fly_in_depth(recipe, clip, view.study, [clip], context)
+    return add_flakes(view, flights, texture, context)
 
 
 def prepared_winds(
@@ -88,13 +89,15 @@ def prepared_winds(
 def _changing(loops: Sequence[SimulatedClip], chosen: ChosenChange) -> SimulatedClip:
     """Return the clip of a change with flakes and field, which fade from one loop to the other."""
     before, after = loops[chosen.before], loops[chosen.after]
-    clip, tracks, analysis = chosen.change.clip, None, None
+    clip, analysis = chosen.change.clip, None
     share = chosen.change.shares
     leaving, entering = change_frames(
         chosen.start, chosen.change.entry, clip.count, before.clip.count
     )
-    if before.tracks is not None and after.tracks is not None:
-        tracks = cross_faded(before.tracks, after.tracks, leaving, entering, share)
+    tracks = tuple(
+        cross_faded(one, other, leaving, entering, share)
+        for one, other in zip(before.tracks, after.tracks, strict=True)
+    )
     if before.analysis is not None and after.analysis is not None:
         field = before.analysis.field.cross_faded(after.analysis.field, leaving, entering, share)
         analysis = replace(before.analysis, field=field)

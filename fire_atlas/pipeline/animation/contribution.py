@@ -37,7 +37,7 @@ class FinishedAnimation:
         loop: Whether frame 0 follows the last frame.
         foot: (x, y) of the base of the fire, px, y down; None: the middle of the bottom edge.
         maps: What was found of it for each map, by kind; None for those of single frames.
-        tracks: Flakes, if there are any.
+        tracks: Flakes, each set that the recipe asks for; empty if there are none.
         bakes_flakes: Whether flakes are drawn into the frames.
         pixel_art: Whether it is pixel art, whose pixels stay sharp when they are shown larger.
         has_hard_edges: Whether it may end abruptly, as drawings and icons do.
@@ -55,7 +55,7 @@ class FinishedAnimation:
     loop: bool
     foot: tuple[float, float] | None = None
     maps: Mapping[str, Any] = field(default_factory=dict)
-    tracks: Tracks | None = None
+    tracks: tuple[Tracks, ...] = ()
     bakes_flakes: bool = False
     pixel_art: bool = False
     has_hard_edges: bool = False
@@ -215,7 +215,7 @@ def _with_cell_names(contribution: Contribution, prefix: str) -> Contribution:
         contribution,
         animations={
             title: replace(
-                animation, tracks=animation.tracks and animation.tracks.with_cell_names(names)
+                animation, tracks=tuple(each.with_cell_names(names) for each in animation.tracks)
             )
             for title, animation in contribution.animations.items()
         },

@@ -9,7 +9,7 @@ from fire_atlas.effect.field.wind import wind_in_view
 from fire_atlas.effect.flame.study import FlameStudy
 from fire_atlas.pipeline.animation.analyse import analyse
 from fire_atlas.pipeline.animation.prepare import prepare
-from fire_atlas.pipeline.animation.simulate import FlightInDepth, simulate_in_depth
+from fire_atlas.pipeline.animation.simulate import FlightInDepth, recipes_of_sets, simulate_in_depth
 from fire_atlas.recipe.models import Recipe
 
 
@@ -20,8 +20,8 @@ def flies_in_depth(recipe: Recipe, clip: Clip) -> bool:
 
 def fly_in_depth(
     recipe: Recipe, clip: Clip, study: FlameStudy, clips: Iterable[Clip], context: BuildContext
-) -> FlightInDepth:
-    """Return the flight of all flakes of a fire with depth.
+) -> tuple[FlightInDepth, ...]:
+    """Return the flight of all flakes of a fire with depth, of each set that its recipe asks for.
 
     They are born on the fire as it is seen from the front. The gas that carries them moves as it
     does seen from there and from the right: level, with parallel lines of sight.
@@ -43,10 +43,13 @@ def fly_in_depth(
         if depth.front != depth.camera:
             front, study = prepare(recipe, seen_by(depth.front), False, context)
         side, side_study = prepare(recipe, seen_by(depth.front.from_the_right()), False, context)
-    with timer.measure("analyse"):
-        analysis = analyse(front, study, recipe, context)
-        wind = wind_in_view(recipe.wind, azimuth=90.0)
-        from_the_side = recipe.without_flakes().model_copy(update={"wind": wind})
-        field = analyse(side, side_study, from_the_side, context, eddies=1).field
-    with timer.measure("fly"):
-        return simulate_in_depth(front, analysis, field, [*known], recipe, context)
+    wind = wind_in_view(recipe.wind, azimuth=90.0)
+    flights = list[FlightInDepth]()
+    for own in recipes_of_sets(recipe):
+        with timer.measure("analyse"):
+            analysis = analyse(front, study, own, context)
+            from_the_side = own.without_flakes().model_copy(update={"wind": wind})
+            field = analyse(side, side_study, from_the_side, context, eddies=1).field
+        with timer.measure("fly"):
+            flights.append(simulate_in_depth(front, analysis, field, [*known], own, context))
+    return tuple(flights)

@@ -41,7 +41,8 @@ class SimulatedClip:
         clip: The clip as it is played.
         study: Constants of the whole clip.
         analysis: Spawns and field; None if the recipe has no effect.
-        tracks: Flakes; None if there are none.
+        tracks: Flakes, each set that its recipe asks for; the first is drawn. Empty if there are
+            none.
         texture: What flakes are drawn with; None for streaks and squares.
         recolouring: The colours that its flame gets; None for its own.
         is_drawn: Whether it is drawn in flat colours or up to an outline: it hides what is behind
@@ -51,7 +52,7 @@ class SimulatedClip:
     clip: Clip
     study: FlameStudy
     analysis: Analysis | None
-    tracks: Tracks | None
+    tracks: tuple[Tracks, ...]
     texture: TextureCells | None = None
     recolouring: Recolouring | None = None
     is_drawn: bool = False
@@ -59,7 +60,7 @@ class SimulatedClip:
     def in_ramp(self, ramp: RampLight, context: BuildContext) -> Self:
         """Return the clip with flame and flakes in the colours of a ramp."""
         colours = Recolouring.of(self.clip, self.study.segmentation, ramp, context)
-        tracks = None if self.tracks is None else colours.tracks(self.tracks)
+        tracks = tuple(map(colours.tracks, self.tracks))
         return replace(self, tracks=tracks, recolouring=colours)
 
 
@@ -100,7 +101,7 @@ class Layers:
 
 def layers_of(i: int, simulated: SimulatedClip, recipe: Recipe) -> Layers:
     """Return the layers of frame ``i``."""
-    clip, tracks, flakes = simulated.clip, simulated.tracks, recipe.flakes
+    clip, flakes = simulated.clip, recipe.flakes
     smoke = clip.smoke(i) if clip.smoke is not None and recipe.maps.smoke else None
     flame = flame_of(i, clip.picture(i), simulated, recipe)
     layers = replace(
@@ -112,8 +113,9 @@ def layers_of(i: int, simulated: SimulatedClip, recipe: Recipe) -> Layers:
     if recipe.maps.normals or recipe.maps.depth:
         layers = replace(layers, form=depth_of(clip).front_surface(i))
     is_needed = recipe.bakes_flakes or recipe.maps.flakes
-    if tracks is None or flakes == "none" or not is_needed:
+    if not simulated.tracks or flakes == "none" or not is_needed:
         return layers
+    tracks, *_ = simulated.tracks
     cells = tracks.texture.cells[i] if tracks.texture is not None else None
     light = draw(
         flakes,

@@ -70,7 +70,7 @@ def render(simulated: SimulatedClip, recipe: Recipe, context: BuildContext) -> l
     if recipe.maps.smoke and clip.smoke is None:
         refuse_without_alpha(clip.matte)
     background = simulated.study.segmentation.background
-    if recipe.composite.palette == "clip" and simulated.tracks is not None:
+    if recipe.composite.palette == "clip" and simulated.tracks:
         palette = clip_palette(clip, context.workers)
         if simulated.recolouring is not None:
             palette = simulated.recolouring.palette(palette)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.camera import Camera
+from fire_atlas.core.chance import RandomStream, seed_of
 from fire_atlas.core.clip import Clip, depth_of
 from fire_atlas.core.context import BuildContext
 from fire_atlas.core.pixels import hex_to_linear
@@ -38,6 +39,13 @@ from fire_atlas.effect.flame.study import FlameStudy
 from fire_atlas.pipeline.animation.analyse import Analysis, glare_of
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.timeline.tail import shortened
+
+
+def recipes_of_sets(recipe: Recipe) -> Iterator[Recipe]:
+    """Yield the recipe with the seed of each set of its flakes; the first has its own."""
+    for number in range(recipe.some_flakes().variants):
+        seed = seed_of(recipe.seed, RandomStream.FLAKE_SETS, number)
+        yield recipe.model_copy(update={"seed": seed})
 
 
 def simulate(
@@ -229,10 +237,11 @@ def _appearance(
     )
 
 
-def without_dark_end(clip: Clip, tracks: Tracks) -> tuple[Clip, Tracks]:
-    """Return clip and tracks without the last frames of a tail in which no flake is visible."""
+def without_dark_end(clip: Clip, tracks: Sequence[Tracks]) -> tuple[Clip, tuple[Tracks, ...]]:
+    """Return clip and all tracks without the last frames of a tail in which no flake is visible."""
     if not clip.tail:
-        return clip, tracks
-    lit = [n for n, rows in enumerate(tracks.frames) if n >= clip.body and visible_count(rows)]
+        return clip, tuple(tracks)
+    tail = range(clip.body, clip.count)
+    lit = [n for n in tail if any(visible_count(each.frames[n]) for each in tracks)]
     clip = shortened(clip, lit[-1] + 1 - clip.body if lit else 0)
-    return clip, first_frames(tracks, clip.count)
+    return clip, tuple(first_frames(each, clip.count) for each in tracks)

@@ -1,19 +1,19 @@
 """Animate several fires of one recipe: variants, of which no two show the same drawing."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.atlas.sheet import StateGraph, variant_title
-from fire_atlas.core.chance import RandomStream, generator
+from fire_atlas.core.chance import RandomStream, seed_of
 from fire_atlas.core.clip import Clip
 from fire_atlas.core.context import BuildContext
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.core.fire_in_wind import FireInWind
-from fire_atlas.core.progress import Progress
+from fire_atlas.core.progress import WithNotes
 from fire_atlas.pipeline.animation.contribution import Contribution, FinishedAnimation
 from fire_atlas.pipeline.input.open import Opened, open_input
 from fire_atlas.recipe.load import LoadedRecipe
@@ -49,23 +49,33 @@ def variants_of(loaded: LoadedRecipe, opened: Opened, context: BuildContext) -> 
         RecipeError: A clip is too short for so many.
     """
     recipe = loaded.recipe
-    notes, shown = _NotesOfAll(context.progress), list[NDArray[np.float32]]()
-    cuts = list[Opened]()
+    said, shown, cuts = set[str](), list[NDArray[np.float32]](), list[Opened]()
     if isinstance(recipe.source, FramesSource) and isinstance(opened, Mapping):
         ((name, clip),) = opened.items()
         cuts = [{name: cut} for cut in _cut(clip, recipe.variants, context)]
     for number in range(recipe.variants):
-        own = recipe.model_copy(update={"seed": seed_of(recipe.seed, number)})
-        told = replace(context, progress=notes.of(number))
+        seed = seed_of(recipe.seed, RandomStream.VARIANTS, number)
+        own = recipe.model_copy(update={"seed": seed})
         if cuts:
             opened = cuts[number]
         elif number:
             # What is noted of the source of the first holds for all.
-            unnoted = replace(context, progress=_Unnoted(context.progress))
-            opened = open_input(replace(loaded, recipe=own), unnoted)
+            unnoted = WithNotes(context.progress, lambda _: None)
+            opened = open_input(replace(loaded, recipe=own), replace(context, progress=unnoted))
         if not cuts:
             _require_apart(opened, shown, variant_title(number), context)
-        yield Variant(number, own, opened, told)
+        yield Variant(number, own, opened, _telling_more(number, said, context))
+
+
+def _telling_more(variant: int, said: set[str], context: BuildContext) -> BuildContext:
+    """Return the context of a variant, of which is noted what was not ``said`` of those before."""
+
+    def tell(message: str) -> None:
+        if message not in said:
+            said.add(message)
+            context.progress.note(f"{variant_title(variant)}: {message}")
+
+    return replace(context, progress=WithNotes(context.progress, tell))
 
 
 def _cut(clip: Clip, variants: int, context: BuildContext) -> list[Clip]:
@@ -90,11 +100,6 @@ def _require_apart(
         copies = small_copies(first, context.workers)
         require_apart(shown, copies, stem)
     shown.append(copies)
-
-
-def seed_of(seed: int, variant: int) -> int:
-    """Return the seed of a variant of a recipe with a ``seed``; the first has that."""
-    return int(generator(seed, RandomStream.VARIANTS, variant).integers(2**32)) if variant else seed
 
 
 def as_first(variant: Recipe, first: Recipe) -> Recipe:
@@ -144,39 +149,3 @@ def require_loops(variants: Sequence[Contribution], recipe: Recipe) -> None:
                 f"crossfade, or remove variants",
                 key=("variants",),
             )
-
-
-@dataclass(frozen=True, slots=True)
-class _NotesOfAll:
-    """Tells what is noted of several variants: of the first all, of others what differs."""
-
-    progress: Progress
-    said: set[str] = field(default_factory=set)
-
-    def of(self, variant: int) -> Progress:
-        return _NotesOfVariant(self.progress, self, variant)
-
-
-@dataclass(frozen=True, slots=True)
-class _Unnoted:
-    progress: Progress
-
-    def stage(self, name: str, total: int) -> None:
-        self.progress.stage(name, total)
-
-    def advance(self, done: int = 1) -> None:
-        self.progress.advance(done)
-
-    def note(self, message: str) -> None:
-        """Do nothing."""
-
-
-@dataclass(frozen=True, slots=True)
-class _NotesOfVariant(_Unnoted):
-    notes: _NotesOfAll
-    variant: int
-
-    def note(self, message: str) -> None:
-        if message not in self.notes.said:
-            self.notes.said.add(message)
-            self.notes.progress.note(f"{variant_title(self.variant)}: {message}")

@@ -74,12 +74,14 @@ def _stem(name: str, scale: float) -> str:
 
 def _sheet_files(recipe: Recipe, stems: list[str]) -> Iterator[OutputNames]:
     """Yield the pages of each scale, the maps beside them, and the files that describe them."""
+    choices = recipe.texture_choices
+    is_one, all_have = len(choices) == 1, set[str]().union(*choices).intersection(*choices)
     for stem in stems:
         for ending, role, channels in _images(recipe):
             yield OutputNames(stem, ending, role, "page", is_certain=True)
             for format_ in formats_for(recipe.atlas.gpu, channels):
                 texture = texture_file(ending, format_)
-                yield OutputNames(stem, texture, "texture", "page", is_certain=True)
+                yield OutputNames(stem, texture, "texture", "page", is_one or format_ in all_have)
         for export in map(export_name, recipe.exports):
             if export in EXPORTS:
                 row = EXPORTS[export]

@@ -78,10 +78,10 @@ def note_what_engines_need(exports: Sequence[Export], product: Product, progress
 
 def track_files(formats: Sequence[TrackName], product: Product) -> Iterator[OutputFile]:
     """Yield the flake tracks of each animation in each of ``formats``, then its light."""
-    for animation, tracks in product.tracks.items():
+    for stem, tracks in product.track_stems():
         for name in formats:
             if name != "light":
-                yield TRACKS[name].write(product.stem(animation), tracks)
+                yield TRACKS[name].write(stem, tracks)
     states = product.sheets[0].states
     for animation, light in product.lights.items():
         from fire_atlas.formats.tracks.light import write_light

@@ -60,7 +60,7 @@ def movie_files(
                 f"rename the files of one"
             )
         shown[stem] = _movie(animation, places, sheet, content.heat)
-        if animation.tracks is not None and not animation.bakes_flakes:
+        if animation.tracks and not animation.bakes_flakes:
             context.progress.note(f"movies: {title} has no flakes there, as flakes.bake is false")
     named = [(stem, name) for stem in shown for name in movies]
     context.progress.stage("movies", len(named))

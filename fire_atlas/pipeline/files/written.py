@@ -91,17 +91,13 @@ def product_of(
         loaded: The recipe, with its members.
         staging: Reads the files that are in the output folder already.
     """
-    tracks = {
-        name: animation.tracks
-        for name, animation in animations.items()
-        if animation.tracks is not None
-    }
+    sets = {name: animation.tracks for name, animation in animations.items() if animation.tracks}
     lights = {
         name: animation.light
         for name, animation in animations.items()
         if animation.light is not None
     }
-    baked = frozenset(name for name in tracks if animations[name].bakes_flakes)
+    baked = frozenset(name for name in sets if animations[name].bakes_flakes)
     pixel_art = all(animation.pixel_art for animation in animations.values())
     track_formats = loaded.recipe.tracks
     cameras = {
@@ -110,5 +106,13 @@ def product_of(
         if animation.camera is not None
     }
     return Product(
-        sheets, tracks, baked, staging.existing, track_formats, lights, pixel_art, cameras
+        sheets,
+        {name: first for name, (first, *_) in sets.items()},
+        baked,
+        staging.existing,
+        track_formats,
+        lights,
+        pixel_art,
+        cameras,
+        {name: others for name, (_, *others) in sets.items()},
     )

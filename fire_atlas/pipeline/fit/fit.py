@@ -1,8 +1,9 @@
 """Fit an animation into a budget: of heights and frames, those that come closest to the whole.
 
-A ladder of heights is tried; then, twice, those between the best one and its neighbours. At each,
-choices of frames are tried from the smallest error up. Memory is that of the pages on which they
-are packed. The order and the end of the trials depend on nothing but the frames.
+A ladder of heights is tried; then, three times, those between the best one and its neighbours. At
+each, choices of frames are tried from the smallest error up. Memory is that of the pages on which
+they are packed. All this is done for each choice among the compressed textures that the recipe
+lists. The order and the end of the trials depend on nothing but the frames.
 """
 
 import math
@@ -20,11 +21,12 @@ from fire_atlas.core.context import BuildContext
 from fire_atlas.core.errors import OutputError, RecipeError
 from fire_atlas.formats.textures.memory import UNCOMPRESSED, largest_memory
 from fire_atlas.pipeline.animation.contribution import Contribution, FinishedAnimation
-from fire_atlas.pipeline.fit.frames import at_heights, squared_errors
+from fire_atlas.pipeline.fit.frames import as_textures, at_heights, squared_errors
 from fire_atlas.pipeline.fit.selection import Selection, holds, selections
 from fire_atlas.pipeline.pages.content import PageContent
 from fire_atlas.pipeline.pages.layout import placed, trim_margin
 from fire_atlas.recipe.fit import Fit
+from fire_atlas.recipe.gpu import blocks_of, formats_for, page_channels
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.output import Atlas, PageGrid, export_name
 
@@ -33,7 +35,7 @@ _MIB = 1 << 20
 _LADDER = tuple(2 ** (-step / 2) for step in range(7))
 """Heights to begin with, as shares of the largest."""
 
-_ROUNDS = 2
+_ROUNDS = 3
 """How often heights are tried beside the best."""
 
 _LEAST_HEIGHT = 16
@@ -58,12 +60,14 @@ class Offer(NamedTuple):
         kept: Which of them.
         memory: Bytes of the pages.
         error: Root mean square of the difference to the whole, linear light, 1 is white.
+        blocks: How the pages are compressed, if the recipe leaves a choice.
     """
 
     height: int
     kept: tuple[int, ...]
     memory: int
     error: float
+    blocks: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,12 +97,14 @@ def fit(
     limit = None if budget.memory is None else int(budget.memory * _MIB)
     limits = [None] if limit is None else [int(limit * share) for share in _CURVE]
     with context.timer.measure("fit"):
-        search = FitSearch(contribution.animations, recipe, budget, context)
-        for _ in range(_ROUNDS):
-            search.add_neighbours([search.best(other) for other in limits])
-        best, curve = search.best(limit), [search.best(other) for other in limits]
-        if best is None:
-            raise RecipeError(search.why_nothing_fits(limit), key=("fit",))
+        searches = searches_of(contribution.animations, recipe, budget, context)
+        for search in searches:
+            for _ in range(_ROUNDS):
+                search.add_neighbours([search.best(other) for other in limits])
+        found, curve = closest(searches, limit), [closest(searches, other) for other in limits]
+        if found is None:
+            raise RecipeError(searches[-1].why_nothing_fits(limit), key=("fit",))
+    search, best = found
     context.progress.note(search.sentence(best))
     animations = search.left(best.height, best.kept)
     fitted = replace(
@@ -122,15 +128,16 @@ def _entry(trial: Offer) -> dict[str, Any]:
         "height": trial.height,
         "memory": trial.memory,
         "error": round(trial.error, 6),
+        **({"blocks": trial.blocks} if trial.blocks else {}),
     }
 
 
 def _points(
-    limits: Sequence[int | None], curve: Sequence[Offer | None]
+    limits: Sequence[int | None], curve: Sequence["tuple[FitSearch, Offer] | None"]
 ) -> Iterator[dict[str, Any]]:
-    for limit, trial in zip(limits, curve, strict=True):
-        if trial is not None:
-            yield {"budget": limit, **_entry(trial)}
+    for limit, found in zip(limits, curve, strict=True):
+        if found is not None:
+            yield {"budget": limit, **_entry(found[1])}
 
 
 def _statistics(
@@ -163,8 +170,39 @@ def _left(
     return replace(animation, frames=frames, holds=shown)
 
 
+def searches_of(
+    animations: Mapping[str, FinishedAnimation],
+    recipe: Recipe,
+    budget: Fit,
+    context: BuildContext,
+) -> list["FitSearch"]:
+    """Return a search for each choice among the textures of a recipe, the one that takes most
+    memory first.
+
+    Raises:
+        RecipeError: The animations differ in length.
+    """
+    choices = recipe.texture_choices
+    atlases = [recipe.atlas.model_copy(update={"gpu": formats}) for formats in choices]
+    return [
+        FitSearch(
+            animations, recipe.model_copy(update={"atlas": atlas}), budget, context,
+            is_chosen=len(choices) > 1,
+        )
+        for atlas in sorted(atlases, key=_least_bytes, reverse=True)
+    ]  # fmt: skip
+
+
+def closest(searches: Sequence["FitSearch"], limit: int | None) -> "tuple[FitSearch, Offer] | None":
+    """Return the search and its trial that are closest to the whole within ``limit`` bytes, of
+    equals the first; None if no search has any."""
+    found = [(search, search.best(limit)) for search in searches]
+    trials = [(search, trial) for search, trial in found if trial is not None]
+    return min(trials, key=lambda of: of[1].error, default=None)
+
+
 class FitSearch:
-    """The trials of one fire.
+    """The trials of one fire, in the formats of its recipe.
 
     Attributes:
         count: Number of frames of the whole.
@@ -178,8 +216,14 @@ class FitSearch:
         recipe: Recipe,
         budget: Fit,
         context: BuildContext,
+        *,
+        is_chosen: bool = False,
     ) -> None:
         """Begin with the ladder of heights.
+
+        Args:
+            animations, recipe, budget, context: As of ``fit``.
+            is_chosen: Whether trials say how pages are compressed, as there is a choice.
 
         Raises:
             RecipeError: The animations differ in length.
@@ -193,6 +237,9 @@ class FitSearch:
                 key=("fit",),
             )
         self._recipe, self._context = recipe, context
+        named = () if recipe.atlas.pixels != "color" else map(blocks_of, recipe.atlas.gpu)
+        self._blocks = tuple(dict.fromkeys(named))
+        self._told = self._blocks if is_chosen else ()
         cells = budget.cells or self.count * len(animations)
         self._exact = None if isinstance(cells, int) else cells
         most = cells if isinstance(cells, int) else max(cells)
@@ -222,8 +269,10 @@ class FitSearch:
         for name, whole in self._whole.items():
             smaller[name] = at_heights(whole, new, atlas, workers)
             variants = [_sprites(variant) for variant in smaller[name]]
-            errors += squared_errors(_sprites(whole), variants, atlas, workers)
+            for shown in as_textures(variants, self._blocks, atlas, workers):
+                errors += squared_errors(_sprites(whole), shown, atlas, workers)
             self._context.progress.advance()
+        errors /= max(len(self._blocks), 1)
         for number, height in enumerate(new):
             animations = {name: variants[number] for name, variants in smaller.items()}
             firsts = [_firsts_of_equal(_sprites(animation)) for animation in animations.values()]
@@ -263,11 +312,13 @@ class FitSearch:
                         continue
                 memory = self._memory(height, choice.kept, limit)
                 if memory is not None:
-                    found = choice, Offer(height, choice.kept, memory, self._rms(choice.error))
+                    error = self.rms(choice.error)
+                    found = choice, Offer(height, choice.kept, memory, error, self._told)
                     break
         return None if found is None else found[1]
 
-    def _rms(self, error: float) -> float:
+    def rms(self, error: float) -> float:
+        """Return the root mean square of a sum of squared errors, of white."""
         frames = [frame for each in self._whole.values() for frame in each.frames]
         values = sum(frame.width * frame.height for frame in frames) * 3 * 2
         return float(np.sqrt(error / values))
@@ -341,10 +392,11 @@ class FitSearch:
 
     def sentence(self, trial: Offer) -> str:
         """Return what was chosen."""
+        blocks = "".join(f", {blocks}" for blocks in trial.blocks)
         return (
             f"fit: {len(trial.kept)} of {self.count} frames, {trial.height} of "
-            f"{self.full_height} px high: {trial.memory / _MIB:.2f} MiB; as it is played it is "
-            f"{100 * trial.error:.2g} % of white off the whole"
+            f"{self.full_height} px high{blocks}: {trial.memory / _MIB:.2f} MiB; as it is played "
+            f"it is {100 * trial.error:.2g} % of white off the whole"
         )
 
     def why_nothing_fits(self, limit: int | None) -> str:
@@ -392,7 +444,6 @@ def _least_bytes(atlas: Atlas) -> float:
     if not atlas.gpu:
         return UNCOMPRESSED["r8" if atlas.pixels == "heat" else "rgba8"]
     from fire_atlas.formats.textures.blocks import FORMATS
-    from fire_atlas.recipe.gpu import blocks_of, formats_for, page_channels
 
     blocks = [FORMATS[blocks_of(f)] for f in formats_for(atlas.gpu, page_channels(atlas.pixels))]
     return max(format_.block_bytes / format_.side**2 for format_ in blocks)

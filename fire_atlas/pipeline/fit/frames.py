@@ -1,6 +1,6 @@
 """Frames in another size, and how far one frame is from another where it is shown in its place."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import cv2
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from fire_atlas.atlas.encode import encode_sprite
 from fire_atlas.atlas.gpu import light_of
 from fire_atlas.atlas.sheet import Sprite
-from fire_atlas.core.pixels import hex_to_linear
+from fire_atlas.core.pixels import Bytes, hex_to_linear
 from fire_atlas.core.workers import Workers
 from fire_atlas.pipeline.animation.contribution import FinishedAnimation
 from fire_atlas.pipeline.animation.render import RenderedFrame
@@ -73,6 +73,44 @@ def _resized(frame: RenderedFrame, heights: Sequence[int], atlas: Atlas) -> list
         return replace(frame, sprites=(made,), width=width, height=height)
 
     return [at(height) for height in heights]
+
+
+def as_textures(
+    heights: Sequence[Sequence[Sprite]], blocks: Sequence[str], atlas: Atlas, workers: Workers
+) -> Iterator[Sequence[Sequence[Sprite]]]:
+    """Yield frames as a GPU shows them, once for each of ``blocks`` that they are compressed to, or
+    as they are if there are none.
+
+    Args:
+        heights: The frames in each of several heights.
+        blocks: ``bc7``, ``astc-6x6``, ... They are encoded as drafts, each frame by itself.
+        atlas: How their pixels are stored.
+        workers: Encode them.
+    """
+    if not blocks:
+        yield heights
+        return
+    from fire_atlas.formats.textures.blocks import FORMATS, decode_whole
+    from fire_atlas.formats.textures.encode import encode_images
+
+    images = [sprite.image for sprites in heights for sprite in sprites]
+    is_srgb = atlas.blend_space == "linear"
+    encoded = encode_images(
+        images, [FORMATS[name] for name in blocks], is_srgb, workers, quality="draft",
+        content="straight" if atlas.alpha == "straight" else "premultiplied",
+    )  # fmt: skip
+    for name, data in zip(blocks, encoded, strict=True):
+        side = FORMATS[name].side
+
+        def decoded(of: tuple[Bytes, bytes], name: str = name, side: int = side) -> Bytes:
+            image, blocks_of_image = of
+            height, width = image.shape[:2]
+            whole = -(-width // side) * side, -(-height // side) * side
+            pixels = decode_whole(blocks_of_image, *whole, FORMATS[name], is_srgb)
+            return pixels[:height, :width]
+
+        shown = workers.map(decoded, zip(images, data, strict=True))
+        yield [[replace(sprite, image=next(shown)) for sprite in sprites] for sprites in heights]
 
 
 def squared_errors(

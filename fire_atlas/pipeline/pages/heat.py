@@ -166,8 +166,9 @@ def _frames_in_heat(
         frames.append(frame)
         errors.append(error)
         context.progress.advance()
-    shown = animation.tracks.frames if animation.tracks and animation.bakes_flakes else ()
-    return frames, HeatError.of(errors, has_flakes=any(len(rows) for rows in shown))
+    shown = animation.tracks[:1] if animation.bakes_flakes else ()
+    has_flakes = any(len(rows) for tracks in shown for rows in tracks.frames)
+    return frames, HeatError.of(errors, has_flakes=has_flakes)
 
 
 def _frame_in_heat(frame: RenderedFrame, ramp: Bytes) -> tuple[RenderedFrame, ErrorSums]:

@@ -61,6 +61,9 @@ func _read(shown: Node) -> Dictionary:
 		"lamp": 0.0 if lamp == null else lamp.energy,
 		"sparks": 0 if sparks == null else sparks.multimesh.visible_instance_count,
 	}
+	for flown: Node in [sparks, shown]:
+		if flown != null and "flake_set" in flown:
+			told["set"] = flown._own_set
 	if shown is AnimatedSprite2D or shown is AnimatedSprite3D:
 		told["time"] = shown.frame + shown.frame_progress
 		told["speed"] = shown.speed_scale

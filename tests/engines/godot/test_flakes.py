@@ -47,11 +47,17 @@ HALF_FLOAT = 2e-3
 Table = NDArray[np.float64]
 
 
-def built_tracks(folder: Path) -> tuple[dict[str, Any], list[Table], tuple[float, float]]:
-    """Return the tracks of a build, a table of named columns a frame, and the pivot in px."""
-    tracks = json.loads((folder / "fire.flakes.json").read_text())
-    frames = [np.array(frame["rows"]).reshape(-1, len(COLUMNS)) for frame in tracks["frames"]]
-    (entry, *_) = json.loads((folder / "fire.json").read_text())["frames"].values()
+def built_tracks(
+    folder: Path, stem: str = "fire", name: str = "fire"
+) -> tuple[dict[str, Any], list[Table], tuple[float, float]]:
+    """Return the tracks of a build, a table of named columns a frame, and the pivot in px.
+
+    ``stem`` is that of their file, ``name`` that of the build.
+    """
+    tracks = json.loads((folder / f"{stem}.flakes.json").read_text())
+    columns = len(tracks["columns"])
+    frames = [np.array(frame["rows"]).reshape(-1, columns) for frame in tracks["frames"]]
+    (entry, *_) = json.loads((folder / f"{name}.json").read_text())["frames"].values()
     width, height = entry["sourceSize"]["w"], entry["sourceSize"]["h"]
     return tracks, frames, (entry["anchor"]["x"] * width, entry["anchor"]["y"] * height)
 
@@ -403,7 +409,7 @@ def test_rows_are_joined_where_the_same_flake_goes_on() -> None:
         moments = tuple(np.rint(age).astype(np.int64) for age in ages)
         return Tracks(24, 60, 60, loop, 0, spawns_of(4), frames, flights, moments)
 
-    both = {"a": tracks(loop=True), "b": tracks(loop=False)}
+    both = {"a": [tracks(loop=True)], "b": [tracks(loop=False)]}
     made = flake_arrays(both, {"a": (0, 0), "b": (10, 0)})
     assert made.begins == [0, 4, 8]
     assert made.first == [0, 2, 2, 4, 6, 8, 8, 10, 12]
@@ -424,7 +430,7 @@ def test_a_flake_that_outlives_its_loop_goes_on_whatever_its_id() -> None:
         frame[:, COLUMNS.index("age")] = np.array([age + 0.4, age - 0.7][: len(frame)]) / 24
         rows.append(frame)
     tracks = fold_into_loop(Tracks.one_shot(24, (60, 60), 0, spawns_of(2), rows), 4)
-    made = flake_arrays({"a": tracks}, {"a": (0, 0)})
+    made = flake_arrays({"a": [tracks]}, {"a": (0, 0)})
     (start,) = (i for i, x in enumerate(made.rows[:, 0]) if x == 0)
     seen = []
     while start >= 0:
@@ -437,7 +443,7 @@ def test_a_flake_that_outlives_its_loop_goes_on_whatever_its_id() -> None:
 @given(tracks=any_tracks())
 def test_rows_are_joined_into_the_flights_of_the_tracks(tracks: Tracks) -> None:
     assume(any(len(frame) for frame in tracks.frames))
-    made = flake_arrays({"a": tracks}, {"a": (0, 0)})
+    made = flake_arrays({"a": [tracks]}, {"a": (0, 0)})
     chains = []
     for start in set(range(len(made.next))) - set(made.next):
         chain, row = [], start

@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from fire_atlas.cli import main
+from tests.engines.godot.test_flakes import assert_alike, built_tracks, wanted
 from tests.engines.godot.test_nodes import build
 from tests.engines.godot.test_own_start import COUNT, FLAT, began
 from tests.support.godot4 import Godot4
@@ -23,6 +24,8 @@ RECIPES: dict[str, dict[str, Any]] = {
     "windy": {**SMALL, "wind": SILK["wind"], "variants": 2},
     "phased": {**SMALL, "phases": {"ignite": 0.5, "extinguish": 0.5}},
     "heat": {**SMALL, "atlas": {"pixels": "heat"}, "variants": 2},
+    "sets": {**SMALL, "variants": 1, "flakes": {"bake": False, "rate": 60, "variants": 3},
+             "tracks": ["json"]},
     "together": {"atlas": {"members": ["plain.yaml", "two.yaml"]}, "exports": ["json", "godot"]},
 }  # fmt: skip
 
@@ -109,6 +112,29 @@ def test_sparks_and_lamp_are_those_of_the_variant(game: Path, godot4: Godot4) ->
         between = light[whole]["intensity"] * (1 - part) + light[whole + 1]["intensity"] * part
         assert fire["lamp"] == pytest.approx(between, abs=1e-3)
     assert len({fire["sparks"] for fire in fires}) > 1
+
+
+def test_a_set_of_flakes_may_be_chosen_and_flies_as_its_tracks_say(
+    game: Path, godot4: Godot4
+) -> None:
+    job = {"do": "seek_flakes", "scene": "res://sets.tscn", "animation": "sets", "times": [0, 7]}
+    jobs = [{**job, "set": {"Flakes:flake_set": str(number)}} for number in range(4)]
+    for number, seen in enumerate(godot4.run(game, jobs)):
+        stem = "sets" if number % 3 == 0 else f"sets.v{number}"
+        tracks, frames, pivot = built_tracks(game, stem, "sets")
+        assert tracks["loop"]
+        for time, rows in zip((0, 7), seen, strict=True):
+            assert len(rows) > 3
+            assert_alike(rows, wanted(frames[time], pivot))
+
+
+def test_fires_that_are_placed_one_after_the_other_show_all_sets_of_flakes(
+    game: Path, godot4: Godot4
+) -> None:
+    scenes = ("sets", "sets_film", "sets_flakes_3d")
+    for fires in godot4.run(game, [began(scene) for scene in scenes]):
+        shown = [fire["set"] % 3 for fire in fires]
+        assert all({*shown[at : at + 3]} == {0, 1, 2} for at in range(COUNT - 2))
 
 
 @pytest.mark.parametrize("kind", [None, "2d"])

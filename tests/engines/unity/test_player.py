@@ -38,19 +38,21 @@ class Player:
     program: Path
     tracks: Path
 
-    def lines(self, how: str, state: str, frames: Sequence[float]) -> list[str]:
+    def lines(self, how: str, state: str, frames: Sequence[float], *rest: str) -> list[str]:
         stated = ",".join(map(repr, frames))
         # A nursery so small that any allocation in a loop has to be collected.
         env = {**os.environ, "MONO_GC_PARAMS": "nursery-size=256k"}
         done = subprocess.run(
-            ["mono", str(self.program), how, str(self.tracks), state, stated],
+            ["mono", str(self.program), how, str(self.tracks), state, stated, *rest],
             capture_output=True, text=True, check=True, env=env,
         )  # fmt: skip
         return done.stdout.splitlines()
 
-    def flakes(self, how: str, state: str, frames: Sequence[float]) -> list[NDArray[np.float64]]:
+    def flakes(
+        self, how: str, state: str, frames: Sequence[float], *rest: str
+    ) -> list[NDArray[np.float64]]:
         """(flakes, 13) at each moment."""
-        lines = self.lines(how, state, frames)
+        lines = self.lines(how, state, frames, *rest)
         stated = lines[1:] if how == "show" else lines[:-1]
         assert len(stated) == len(frames)
         tables = [np.array(line.split(), float) for line in stated]
@@ -323,6 +325,20 @@ def test_the_component_keeps_step_and_allocates_nothing(tmp_path: Path) -> None:
         np.testing.assert_allclose(mirrored[:, X], -quads[:, X], atol=1e-6)
         np.testing.assert_allclose(mirrored[:, Y], quads[:, Y], atol=1e-6)
     assert player.lines("play", "fire", moments)[-1] == "sorting 8 collections 0"
+
+
+def test_a_set_of_flakes_is_chosen_and_one_too_many_begins_again(tmp_path: Path) -> None:
+    player = player_of(Fire({"fire": 3}), tmp_path)
+    sets = [some_tracks(3), some_tracks(4), some_tracks(5)]
+    states = [AnimationFlakes("other", (0, 0), some_tracks(3))]
+    states += [AnimationFlakes("fire", (30, 54), tracks) for tracks in sets]
+    player.tracks.write_bytes(flake_bytes([*states, AnimationFlakes("last", (0, 0), sets[0])]))
+    for number in range(5):
+        (quads,) = player.flakes("play", "fire", [1.25], str(number))
+        wanted = expected(sets[number % 3], 1.25 * len(sets[number % 3].frames) / 3, (30, 54))
+        np.testing.assert_allclose(quads[:, :2], wanted[:, :2] / 50, atol=1e-3)
+    by_itself = player.lines("play", "fire", [1.25])[0]
+    assert by_itself in {player.lines("play", "fire", [1.25], str(n))[0] for n in range(3)}
 
 
 def test_a_state_without_flakes_shows_none(tmp_path: Path) -> None:

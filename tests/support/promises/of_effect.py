@@ -636,6 +636,7 @@ WITHOUT = {
     "composite.ramp": "gives colours, which tests of ramps hold to those of the ramp",
     "motion_blur.samples": "is how finely a long path is sampled, which is not to be seen",
     "wind.levels": "are of generated fire: see below",
+    "flakes.variants": "is how many sets of flakes there are, each in tracks of its own",
 }
 """Keys of the effect that promise nothing to be seen on a clip, and why."""
 
@@ -676,5 +677,5 @@ def run(promise: Promise, value: Any, seed: int, height: int) -> Seen:
         tracks = simulate(
             effect.clip, effect.study, effect.analysis, effect.recipe, context, prepared.shape
         )
-    simulated = SimulatedClip(effect.clip, effect.study, effect.analysis, tracks, prepared.shape)
+    simulated = SimulatedClip(effect.clip, effect.study, effect.analysis, (tracks,), prepared.shape)
     return Seen(effect, simulated)

@@ -4,6 +4,7 @@
 // play STATE FRAME,...   as the component draws it in step with an Animator, and how often the
 //                        garbage of 20000 further updates had to be collected
 // flip STATE FRAME,...   the same beside a mirrored sprite
+// A number after the frames is the set of flakes that the component shows.
 
 using System;
 using System.Globalization;
@@ -21,7 +22,7 @@ static class Harness
         byte[] bytes = File.ReadAllBytes(args[1]);
         float[] frames = Array.ConvertAll(args[3].Split(','), text => float.Parse(text, Plain));
         if (args[0] == "show") Show(bytes, args[2], frames);
-        else Play(bytes, args[2], frames, args[0] == "flip");
+        else Play(bytes, args[2], frames, args[0] == "flip", args.Length > 4 ? int.Parse(args[4]) : -1);
     }
 
     static void Show(byte[] bytes, string state, float[] frames)
@@ -35,7 +36,7 @@ static class Harness
         foreach (float frame in frames) Print(vertices, tracks.Show(animation, frame, view, vertices));
     }
 
-    static void Play(byte[] bytes, string state, float[] frames, bool flip)
+    static void Play(byte[] bytes, string state, float[] frames, bool flip, int set)
     {
         var filter = new MeshFilter();
         var quads = new MeshRenderer();
@@ -48,6 +49,7 @@ static class Harness
         Private.Set(player, "animator", animator);
         Private.Set(player, "sprite", sprite);
         Private.Set(player, "pixelsPerUnit", 50f);
+        Private.Set(player, "flakeSet", set);
         Private.Call(player, "OnEnable")();
         if (!player.enabled) return;
         Action update = Private.Call(player, "LateUpdate");
