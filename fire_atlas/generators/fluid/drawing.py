@@ -44,6 +44,10 @@ _SCATTERED, _PENETRATION = 0.22, 0.3
 """Part of that light that reaches smoke after several turns, and the optical depth of its way, of
 that of the straight one."""
 
+_FRESH, _BLACK = 0.7, 0.85
+"""Temperature from which on soot is as fresh as it gets, and part of the light that such soot does
+not scatter: it is black, and gets paler as it ages."""
+
 _GLOW_REACH = 0.035
 """Standard deviation, heights, of the glow of fire in its smoke; a wider one has twice that."""
 
@@ -217,13 +221,18 @@ class Painter:
         thickness = self.smoke(gas[..., SMOKE]) * np.float32(self.look.extinction * self.cell)
         glow, colour = self._glow(gas)
         light = np.empty((*thickness.shape, 2 if glow is None else 3), np.float32)
-        light[..., 0] = _passed(_aslant(thickness))
+        sun = _passed(_aslant(thickness))
         front, top, left = (_along(thickness, axis) for axis in range(3))
         right = thickness.sum(axis=2, keepdims=True) - left
-        light[..., 1] = 0.25 * _passed(front) + 0.35 * _passed(top)
-        light[..., 1] += 0.2 * _passed(left) + 0.2 * _passed(right)
+        around = 0.25 * _passed(front) + 0.35 * _passed(top)
+        around += 0.2 * _passed(left) + 0.2 * _passed(right)
         if glow is not None:
+            fresh = np.minimum(gas[..., TEMPERATURE] * np.float32(self.heat / _FRESH), 1)
+            pale = 1 - np.float32(_BLACK) * fresh
+            sun *= pale
+            around *= pale
             light[..., 2] = glow
+        light[..., 0], light[..., 1] = sun, around
         return LitSmoke(light, colour)
 
     def _glow(self, gas: Field) -> tuple[Field | None, NDArray[np.float64]]:

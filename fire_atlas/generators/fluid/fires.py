@@ -187,7 +187,7 @@ FIRES: dict[FireName, ReadyFire] = {
         chemistry=Chemistry(2.5, 10.0, 1.0, 1.0, 0.0, 0.25),
         forces=Forces(lift=0.5, confinement=0.8, stirring=9.0, drag=6.0),
         look=Look(
-            emission=60.0, absorption=10.0, hollow=0.0, dense=0.35, hottest=1650.0, contrast=6.5,
+            emission=50.0, absorption=10.0, hollow=0.0, dense=0.35, hottest=1550.0, contrast=6.5,
             extinction=125.0, albedo=(0.12, 0.115, 0.11), glow=0.8,
         ),
         smoke=1.0,
@@ -195,7 +195,7 @@ FIRES: dict[FireName, ReadyFire] = {
         blast=1.0,
         burning=(0.0, 0.05),
         settling=0.0,
-        foot=0.45,
+        foot=0.47,
         depth=0.95,
         thinning=0.2,
         has_ground=False,
