@@ -156,7 +156,8 @@ class Painter:
         return SeenGas(as_plane(cv2.merge(list(fire))), as_plane(cv2.merge(scattered)), depth)
 
     def smoke_depth(self, gas: Field, size: tuple[int, int], pitch: float) -> Plane:
-        """Return the optical depth of the smoke of gas alone, as ``draw`` does, in less time."""
+        """Return the optical depth of the smoke of gas alone, as ``draw`` does but for edges finer
+        than a cube, in less time."""
         if not self._has_smoke(gas):
             return np.zeros(size, np.float32)
         sooty = self.smoke(self._without_weave(gas)[..., SMOKE]).sum(axis=0)
@@ -185,7 +186,7 @@ class Painter:
         """Return how dense smoke is drawn by how dense it is: thin smoke less, so that it has edges
         finer than a cube, and is torn where it thins."""
         if not self.look.thin:
-            return sooty
+            return np.maximum(sooty, 0)
         return as_plane(sooty * smooth_step(sooty * np.float32(1 / self.look.thin)))
 
     def emission(self, gas: Field) -> NDArray[np.float32]:
@@ -226,13 +227,14 @@ class Painter:
         right = thickness.sum(axis=2, keepdims=True) - left
         around = 0.25 * _passed(front) + 0.35 * _passed(top)
         around += 0.2 * _passed(left) + 0.2 * _passed(right)
-        if glow is not None:
+        if self.look.emission:
             fresh = np.minimum(gas[..., TEMPERATURE] * np.float32(self.heat / _FRESH), 1)
             pale = 1 - np.float32(_BLACK) * fresh
             sun *= pale
             around *= pale
-            light[..., 2] = glow
         light[..., 0], light[..., 1] = sun, around
+        if glow is not None:
+            light[..., 2] = glow
         return LitSmoke(light, colour)
 
     def _glow(self, gas: Field) -> tuple[Field | None, NDArray[np.float64]]:

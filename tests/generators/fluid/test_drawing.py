@@ -57,6 +57,15 @@ def test_light_comes_from_above_left_and_front() -> None:
     assert sun[low, middle, middle] > 2 * sun[high, middle, middle]
 
 
+def test_fresh_soot_is_blacker_than_old_but_steam_is_white_however_warm() -> None:
+    for look, left in ((EXPLOSION, 0.15), (FIRES["steam"].look, 1.0)):
+        painter = Painter(look, 1.0, CELL)
+        old, fresh = painter.lit_smoke(ball(1.0, 0.0)), painter.lit_smoke(ball(1.0, 1.2))
+        assert old is not None
+        assert fresh is not None
+        assert np.allclose(fresh.light[..., :2], left * old.light[..., :2], atol=1e-4)
+
+
 def test_a_shadow_falls_where_the_light_goes() -> None:
     gas = np.zeros((COUNT, COUNT, COUNT, 4), np.float32)
     gas[4:7, 2:5, 4:7, SMOKE] = 3.0
