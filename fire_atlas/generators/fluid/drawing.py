@@ -1,5 +1,10 @@
-"""Draw gas: light that hot soot gives along the lines of sight, and smoke in the light about it."""
+"""Draw gas: light that hot soot gives along the lines of sight, and smoke in the light about it.
 
+What absorbs light gives as much of it as its temperature says (Kirchhoff's law): fuel that burns,
+and the smoke that it leaves while that is hot. So smoke cools from glowing to black, from outside.
+"""
+
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -32,18 +37,22 @@ _CROSSTALK = np.array([[0, 0.0225, 0.0225], [0.0158, 0, 0.0135], [0.0158, 0.0292
 """Part of the light of a channel (columns) that exposes another one (rows). Without it the densest
 fire is as yellow as paint, with it nearly white."""
 
-_KEY, _AMBIENT = np.array([1.15, 1.08, 1.0]), np.array([0.24, 0.28, 0.35])
+_KEY, _AMBIENT = np.array([1.6, 1.52, 1.42]), np.array([0.13, 0.155, 0.19])
 """Light from above, left and front on smoke, and from all sides."""
 
 _SCATTERED, _PENETRATION = 0.22, 0.3
 """Part of that light that reaches smoke after several turns, and the optical depth of its way, of
 that of the straight one."""
 
+_FRESH, _BLACK = 0.7, 0.85
+"""Temperature from which on soot is as fresh as it gets, and part of the light that such soot does
+not scatter: it is black, and gets paler as it ages."""
+
 _GLOW_REACH = 0.035
 """Standard deviation, heights, of the glow of fire in its smoke; a wider one has twice that."""
 
-_LEAST_FUEL, _LEAST_SMOKE = 1e-3, 2e-3
-"""Values up to which nothing is seen of gas."""
+_LEAST_FUEL, _LEAST_SMOKE, _LEAST_LIGHT = 1e-3, 2e-3, 1e-3
+"""Values up to which nothing is seen of gas, and of its light."""
 
 _AROUND = 2
 """Cubes around what is seen of a layer that are drawn too: a bicubic filter reaches them."""
@@ -65,6 +74,20 @@ class SeenGas:
     depth: Plane
 
 
+@dataclass(frozen=True, slots=True)
+class LitSmoke:
+    """The light that falls on smoke.
+
+    Attributes:
+        light: (layers, rows, columns, 2 or 3) of that from above, left and front, and of that from
+            all sides, the share which reaches each cube; and the light of the fire, if any.
+        glow: (3,) colour of the fire's.
+    """
+
+    light: NDArray[np.float32]
+    glow: NDArray[np.float64]
+
+
 @dataclass(frozen=True)
 class Painter:
     """Draws gas as a look says.
@@ -81,60 +104,63 @@ class Painter:
 
     @cached_property
     def table(self) -> NDArray[np.float32]:
-        """Light by temperature, (3, entries)."""
+        """Light of opaque gas by its temperature, (3, entries)."""
         look, hot = self.look, np.linspace(0, _HOTTEST, _STEPS)
         kelvin = look.coldest + (look.hottest - look.coldest) * hot
         bright = np.clip((hot - _DARK) / (1 - _DARK), 0, None) ** look.contrast
-        return as_plane((look.emission * blackbody(kelvin) * bright[:, None]).T)
+        opaque = look.emission / look.absorption if look.emission else 0.0
+        return as_plane((opaque * blackbody(kelvin) * bright[:, None]).T)
 
     def draw(self, gas: Field, size: tuple[int, int], pitch: float) -> SeenGas:
         """Draw gas (layers, rows, columns, 4) into a frame of (height, width) px, from the nearest
         layer to the farthest; ``pitch`` is the size of a cube, px."""
         # Light by channel in planes: numpy is slow along an axis of three.
-        fire, day = (np.zeros((count, *size), np.float32) for count in (3, 2))
+        fire, (key, around, glow) = (np.zeros((3, *size), np.float32) for _ in range(2))
         depth, passed = np.zeros(size, np.float32), np.ones(size, np.float32)
         gas = self._without_weave(gas)
-        lit, glow, is_seen = self.lit_smoke(gas), self.glowing_smoke(gas), _is_seen(gas)
+        smoke, is_seen = self.lit_smoke(gas), self._is_seen(gas)
         for number in np.flatnonzero(is_seen.any(axis=(1, 2))):
             part = _around(is_seen[number], size, pitch)
             layer, front = gas[number], passed[part.window]
-            own = np.zeros(front.shape, np.float32)
-            if lit is not None:
+            thick = np.zeros(front.shape, np.float32)
+            if smoke is not None:
                 (sooty,) = part.enlarged(layer[..., SMOKE : SMOKE + 1], cv2.INTER_CUBIC)
-                own += np.maximum(sooty, 0) * np.float32(self.look.extinction)
-            thick = own
+                thick = as_plane(self.smoke(sooty) * np.float32(self.look.extinction))
+                depth[part.window] += thick
+            own, fuel = thick, np.zeros((1, 1), np.float32)
             if burns := bool((layer[..., FUEL] > _LEAST_FUEL).any()):
-                fuel, hot = part.enlarged(layer[..., :SMOKE], cv2.INTER_CUBIC)
-                shine = self.burning(fuel)
-                own = thick + np.float32(self.look.absorption) * shine
+                (fuel,) = part.enlarged(layer[..., FUEL : FUEL + 1], cv2.INTER_CUBIC)
+                own = as_plane(thick + np.float32(self.look.absorption) * self.burning(fuel))
             kept = as_plane(cv2.exp(own * np.float32(-self.cell)))
-            share = front * (1 - kept) / (own + np.float32(1e-6))
-            if burns:
-                entry, burnt = self._entry(fuel, hot), share * shine
+            hidden = front * (1 - kept)
+            if burns or self._glows(layer):
+                (hot,) = part.enlarged(layer[..., TEMPERATURE : TEMPERATURE + 1], cv2.INTER_CUBIC)
+                entry = self._entry(fuel, hot)
                 for plane, light in zip(fire, self.table, strict=True):
-                    plane[part.window] += light.take(entry) * burnt
-            if lit is not None:
-                depth[part.window] += thick * np.float32(self.cell)
-                share *= thick
-                for plane, light in zip(day, part.enlarged(lit[number]), strict=True):
-                    plane[part.window] += light * share
-            if glow is not None and glow[number].any():
-                for plane, light in zip(fire, part.enlarged(glow[number]), strict=True):
+                    plane[part.window] += light.take(entry) * hidden
+            if smoke is not None:
+                share = hidden * thick / (own + np.float32(1e-6)) if burns else hidden
+                lights = part.enlarged(smoke.light[number])
+                for plane, light in zip((key, around, glow), lights, strict=False):
                     plane[part.window] += light * share
             front *= kept
-        key, around = day
         albedo = np.array(self.look.albedo)
-        smoke = [
+        scattered = [
             np.float32(of_key) * key + np.float32(of_all) * around
             for of_key, of_all in zip(albedo * _KEY, albedo * _AMBIENT, strict=True)
         ]
-        return SeenGas(as_plane(cv2.merge(list(fire))), as_plane(cv2.merge(smoke)), depth)
+        if glow.any() and smoke is not None:
+            for plane, colour in zip(fire, albedo * smoke.glow, strict=True):
+                plane += np.float32(colour) * glow
+        depth *= np.float32(self.cell)
+        return SeenGas(as_plane(cv2.merge(list(fire))), as_plane(cv2.merge(scattered)), depth)
 
     def smoke_depth(self, gas: Field, size: tuple[int, int], pitch: float) -> Plane:
-        """Return the optical depth of the smoke of gas alone, as ``draw`` does, in less time."""
+        """Return the optical depth of the smoke of gas alone, as ``draw`` does but for edges finer
+        than a cube, in less time."""
         if not self._has_smoke(gas):
             return np.zeros(size, np.float32)
-        sooty = self._without_weave(gas)[..., SMOKE].sum(axis=0)
+        sooty = self.smoke(self._without_weave(gas)[..., SMOKE]).sum(axis=0)
         seen = enlarged(as_plane(sooty), pitch, cv2.INTER_CUBIC)[: size[0], : size[1]]
         return as_plane(np.maximum(seen, 0) * np.float32(self.look.extinction * self.cell))
 
@@ -156,12 +182,30 @@ class Painter:
             smooth_step(fuel / np.float32(look.dense)) * (1 - np.float32(look.hollow) * core)
         )
 
+    def smoke(self, sooty: Plane) -> Plane:
+        """Return how dense smoke is drawn by how dense it is: thin smoke less, so that it has edges
+        finer than a cube, and is torn where it thins."""
+        if not self.look.thin:
+            return np.maximum(sooty, 0)
+        return as_plane(sooty * smooth_step(sooty * np.float32(1 / self.look.thin)))
+
     def emission(self, gas: Field) -> NDArray[np.float32]:
         """Return the light that a height of gas (..., 4) gives, (..., 3)."""
-        fuel = gas[..., FUEL]
-        shine = self.burning(fuel)
+        look, fuel = self.look, gas[..., FUEL]
+        own = np.float32(look.absorption) * self.burning(fuel)
+        own += np.float32(look.extinction) * self.smoke(gas[..., SMOKE])
         entry = self._entry(fuel, gas[..., TEMPERATURE])
-        return np.stack([light.take(entry) * shine for light in self.table], axis=-1)
+        return np.stack([light.take(entry) * own for light in self.table], axis=-1)
+
+    def _glows(self, layer: Field) -> bool:
+        """Return whether gas (rows, columns, 4) is so hot that its smoke gives light."""
+        return float(layer[..., TEMPERATURE].max()) * _FED * self.heat > self._dull
+
+    @cached_property
+    def _dull(self) -> float:
+        """The temperature up to which nothing is seen of the light of opaque gas."""
+        seen = self.table.max(axis=0) > _LEAST_LIGHT
+        return float(np.argmax(seen)) * _HOTTEST / (_STEPS - 1) if seen.any() else math.inf
 
     def _entry(self, fuel: Plane, hot: Plane) -> NDArray[np.intp]:
         """Return the entry of the table that gas shows."""
@@ -171,42 +215,49 @@ class Painter:
         shown = hot * fed * np.float32(self.heat * (_STEPS - 1) / _HOTTEST)
         return np.asarray(np.clip(shown, 0, _STEPS - 1), np.intp)
 
-    def lit_smoke(self, gas: Field) -> NDArray[np.float32] | None:
-        """Return the shares of the light from above, left and front, and of that from all sides,
-        which reach smoke, (layers, rows, columns, 2); None without smoke."""
+    def lit_smoke(self, gas: Field) -> LitSmoke | None:
+        """Return the light that falls on smoke; None without smoke."""
         if not self._has_smoke(gas):
             return None
-        thickness = gas[..., SMOKE] * np.float32(self.look.extinction * self.cell)
-        front, top, left = (_passed(thickness, axis) for axis in range(3))
-        below, right = (_passed(thickness, axis, backwards=True) for axis in (1, 2))
-        found = np.empty((*thickness.shape, 2), np.float32)
-        found[..., 0] = 0.6 * top + 0.25 * left + 0.15 * front
-        found[..., 1] = 0.3 * top + 0.2 * left + 0.2 * right + 0.2 * front + 0.1 * below
-        return found
+        thickness = self.smoke(gas[..., SMOKE]) * np.float32(self.look.extinction * self.cell)
+        glow, colour = self._glow(gas)
+        light = np.empty((*thickness.shape, 2 if glow is None else 3), np.float32)
+        sun = _passed(_aslant(thickness))
+        front, top, left = (_along(thickness, axis) for axis in range(3))
+        right = thickness.sum(axis=2, keepdims=True) - left
+        around = 0.25 * _passed(front) + 0.35 * _passed(top)
+        around += 0.2 * _passed(left) + 0.2 * _passed(right)
+        if self.look.emission:
+            fresh = np.minimum(gas[..., TEMPERATURE] * np.float32(self.heat / _FRESH), 1)
+            pale = 1 - np.float32(_BLACK) * fresh
+            sun *= pale
+            around *= pale
+        light[..., 0], light[..., 1] = sun, around
+        if glow is not None:
+            light[..., 2] = glow
+        return LitSmoke(light, colour)
 
-    def glowing_smoke(self, gas: Field) -> NDArray[np.float32] | None:
-        """Return the light of the fire that its smoke scatters, (layers, rows, columns, 3), from
-        every second cube; None without smoke or fire."""
-        if not self._has_smoke(gas) or not self.look.emission * self.look.glow:
-            return None
-        found = np.zeros((*gas.shape[:3], 3), np.float32)
-        half = np.ascontiguousarray(gas[::2, ::2, ::2])
-        emission = self.emission(half)
+    def _glow(self, gas: Field) -> tuple[Field | None, NDArray[np.float64]]:
+        """Return the light of the fire on its smoke (layers, rows, columns), from every second
+        cube, and its colour; None for a fire that gives none."""
+        emission = self.emission(np.ascontiguousarray(gas[::2, ::2, ::2]))
+        colour = emission.sum(axis=(0, 1, 2), dtype=np.float64)
+        if not colour.any():
+            return None, colour
+        bright = emission.sum(axis=3)
         sigma = _GLOW_REACH / (2 * self.cell)
-        tint = np.array([1.0, 0.8, 0.65])
-        for channel in range(3):
-            if not emission[..., channel].any():
-                continue
-            near, far = (
-                gaussian_filter(emission[..., channel], reach, mode="constant", truncate=3)
-                for reach in (sigma, 2.2 * sigma)
-            )
-            strength = self.look.glow / max(self.look.emission, 1e-6) * tint[channel]
-            glow = (near + np.float32(1.5) * far) * np.float32(strength)
-            for axis, length in enumerate(gas.shape[:3]):
-                glow = glow.repeat(2, axis=axis).take(np.arange(length), axis=axis)
-            found[..., channel] = glow
-        return found
+        near, far = (
+            gaussian_filter(bright, reach, mode="constant", truncate=3)
+            for reach in (sigma, 2.2 * sigma)
+        )
+        glow = (near + np.float32(1.5) * far) * np.float32(self.look.glow / self.look.emission)
+        for axis, length in enumerate(gas.shape[:3]):
+            glow = glow.repeat(2, axis=axis).take(np.arange(length), axis=axis)
+        return glow, colour / colour.sum()
+
+    def _is_seen(self, gas: Field) -> NDArray[np.bool_]:
+        """Return which cubes (layers, rows, columns) of gas show anything."""
+        return (gas[..., FUEL] > _LEAST_FUEL) | (self.smoke(gas[..., SMOKE]) > _LEAST_SMOKE)
 
     def _has_smoke(self, gas: Field) -> bool:
         return self.look.extinction > 0 and gas[..., SMOKE].max(initial=0) > _LEAST_SMOKE
@@ -219,22 +270,34 @@ def exposed(light: NDArray[np.float32]) -> NDArray[np.float32]:
     return 1 - as_plane(cv2.exp(-mixed))
 
 
-def _passed(thickness: Field, axis: int, *, backwards: bool = False) -> Field:
-    """Return the share of light along an axis that reaches each cube, 0..1."""
-    along = np.flip(thickness, axis) if backwards else thickness
-    way = np.cumsum(along, axis=axis, dtype=np.float32)
-    way -= along * np.float32(0.5)
-    shape = way.shape
-    flat = way.reshape(-1, shape[-1])
+def _passed(way: Field) -> Field:
+    """Return the share of light, 0..1, that is left after an optical depth."""
+    flat = way.reshape(-1, way.shape[-1])
     straight = as_plane(cv2.exp(-flat)) * np.float32(1 - _SCATTERED)
     straight += as_plane(cv2.exp(flat * np.float32(-_PENETRATION))) * np.float32(_SCATTERED)
-    found = straight.reshape(shape)
-    return np.flip(found, axis) if backwards else found
+    return straight.reshape(way.shape)
 
 
-def _is_seen(gas: Field) -> NDArray[np.bool_]:
-    """Return which cubes (layers, rows, columns) of gas show anything."""
-    return (gas[..., FUEL] > _LEAST_FUEL) | (gas[..., SMOKE] > _LEAST_SMOKE)
+def _along(thickness: Field, axis: int) -> Field:
+    """Return the optical depth of smoke from its front along an axis to each cube."""
+    way = np.cumsum(thickness, axis=axis, dtype=np.float32)
+    way -= thickness * np.float32(0.5)
+    return way
+
+
+def _aslant(thickness: Field) -> Field:
+    """Return the optical depth of smoke from above, left and front to each cube: a ray gets half a
+    cube to the right and half a cube away in each row."""
+    way = np.empty_like(thickness)
+    step = np.float32(math.sqrt(1.5))
+    passed = np.zeros((thickness.shape[0], thickness.shape[2]), np.float32)
+    for row in range(thickness.shape[1]):
+        own = thickness[:, row] * step
+        way[:, row] = passed + own * np.float32(0.5)
+        onward = np.pad(passed + own, ((1, 0), (1, 0)))
+        passed = onward[1:, 1:] + onward[:-1, 1:] + onward[1:, :-1] + onward[:-1, :-1]
+        passed *= np.float32(0.25)
+    return way
 
 
 @dataclass(frozen=True, slots=True)

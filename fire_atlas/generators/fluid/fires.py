@@ -14,15 +14,16 @@ class Look:
     """How gas is drawn.
 
     Attributes:
-        emission: Light of a height of gas as hot as gets.
+        emission: Light of a height of burning gas of temperature 1.
         absorption: Optical depth of a height of burning gas: its soot hides what is behind it.
         hollow: Part of its light that fuel lacks where it is whole: it has not caught fire yet.
         dense: Fuel from which on gas burns as brightly as it can.
         coldest, hottest: Its colour at temperatures 0 and 1, K.
         contrast: Exponent of brightness by temperature.
         extinction: Optical depth of a height of smoke 1.
+        thin: Smoke below which it is drawn thinner than it is, of what the fire gives.
         albedo: Share of the light that falls on smoke which it scatters: red, green, blue.
-        glow: Light of the fire on its smoke, of what its own brightness would give.
+        glow: Light of the fire that falls on its smoke, of what its own brightness would give.
     """
 
     emission: float
@@ -33,6 +34,7 @@ class Look:
     hottest: float = 1700.0
     contrast: float = 5.5
     extinction: float = 60.0
+    thin: float = 0.25
     albedo: tuple[float, float, float] = (0.32, 0.30, 0.285)
     glow: float = 2.5
 
@@ -90,7 +92,9 @@ def _logs() -> tuple[FluidBurner, ...]:
     )  # fmt: skip
 
 
-def _charge(count: int, reach: float, size: float, life: float) -> tuple[FluidBurner, ...]:
+def _charge(
+    count: int, reach: float, size: float, life: float, ragged: float
+) -> tuple[FluidBurner, ...]:
     """Return lumps of a charge, spread over a ball by the golden angle."""
     lumps = []
     for k in range(count):
@@ -101,7 +105,8 @@ def _charge(count: int, reach: float, size: float, life: float) -> tuple[FluidBu
         place = (far * level * math.cos(turn), far * level * math.sin(turn), far * up)
         lumps.append(
             FluidBurner(
-                at=place, size=(wide, wide, wide), temperature=1.3, ragged=0.45, pulse=0.0,
+                at=place, size=(wide, wide, wide), ragged=ragged,
+                temperature=1.0 + 0.6 * ((k * 0.618034 + 0.5) % 1), pulse=0.0,
                 burning=(0.0, life * (0.7 + 0.6 * ((k * 0.7548777) % 1))),
             )
         )  # fmt: skip
@@ -127,7 +132,7 @@ def _muzzle() -> tuple[FluidBurner, ...]:
             lumps.append(
                 FluidBurner(
                     at=(way[0] * far, way[1] * far, way[2] * far), size=(size, size, size),
-                    fuel=1 - 0.8 * share, temperature=1.25 - 0.6 * share, speed=4.0 + 11.0 * share,
+                    fuel=1 - 0.85 * share, temperature=1.3 - 0.8 * share, speed=4.0 + 11.0 * share,
                     direction=way, ragged=0.45 + 0.5 * share, grain=0.07, pulse=0.0, spread=0.25,
                     burning=(0.0, 0.026),
                 )
@@ -178,32 +183,35 @@ FIRES: dict[FireName, ReadyFire] = {
     ),
     "explosion": ReadyFire(
         radius=0.085,
-        burners=_charge(12, 0.7, 0.8, 0.06),
-        chemistry=Chemistry(1.2, 8.0, 2.6, 1.9, 0.0, 0.25),
-        forces=Forces(lift=2.0, confinement=0.8, stirring=8.0, drag=1.6),
+        burners=_charge(12, 0.75, 0.8, 0.04, 0.9),
+        chemistry=Chemistry(2.5, 10.0, 1.0, 1.0, 0.0, 0.25),
+        forces=Forces(lift=0.5, confinement=0.8, stirring=9.0, drag=6.0),
         look=Look(
-            emission=420.0, absorption=10.0, hollow=0.0, dense=0.35, hottest=1900.0, contrast=6.0,
-            extinction=85.0, glow=1.2,
+            emission=50.0, absorption=10.0, hollow=0.0, dense=0.35, hottest=1550.0, contrast=6.5,
+            extinction=125.0, albedo=(0.12, 0.115, 0.11), glow=0.8,
         ),
-        smoke=0.65,
-        expansion=0.3,
-        blast=0.75,
+        smoke=1.0,
+        expansion=0.0,
+        blast=1.0,
         burning=(0.0, 0.05),
         settling=0.0,
-        foot=0.42,
+        foot=0.47,
         depth=0.95,
         thinning=0.2,
         has_ground=False,
     ),
     "fireball": ReadyFire(
         radius=0.13,
-        burners=_charge(10, 0.6, 0.6, 0.16),
-        chemistry=Chemistry(1.3, 4.0, 2.2, 1.7, 0.0, 0.8),
+        burners=_charge(10, 0.6, 0.6, 0.16, 0.45),
+        chemistry=Chemistry(1.6, 6.0, 1.6, 1.6, 0.0, 0.4),
         forces=Forces(lift=5.0, confinement=0.7, stirring=5.0, drag=0.5),
-        look=Look(emission=220.0, absorption=16.0, hollow=0.0, dense=0.35, contrast=5.0),
-        smoke=0.25,
+        look=Look(
+            emission=220.0, absorption=16.0, hollow=0.0, dense=0.35, hottest=1650.0, contrast=6.0,
+            albedo=(0.15, 0.145, 0.14), glow=1.2,
+        ),
+        smoke=1.0,
         expansion=0.3,
-        blast=0.3,
+        blast=0.35,
         burning=(0.0, 0.16),
         settling=0.0,
         foot=0.2,
@@ -214,13 +222,13 @@ FIRES: dict[FireName, ReadyFire] = {
     "muzzle_flash": ReadyFire(
         radius=0.095,
         burners=_muzzle(),
-        chemistry=Chemistry(0.1, 3.0, 1.8, 3.0, 0.0, 5.0),
+        chemistry=Chemistry(0.1, 3.0, 1.8, 12.0, 0.0, 5.0),
         forces=Forces(lift=0.5, confinement=0.9, stirring=30.0, drag=9.0),
         look=Look(
-            emission=15.0, absorption=5.0, hollow=0.0, dense=0.9, hottest=2000.0, contrast=5.5,
+            emission=260.0, absorption=6.0, hollow=0.0, dense=0.6, hottest=2000.0, contrast=5.5,
             extinction=60.0, albedo=(0.34, 0.325, 0.31),
         ),
-        smoke=0.1,
+        smoke=0.06,
         expansion=1.2,
         burning=(0.0, 0.03),
         settling=0.0,
@@ -240,7 +248,7 @@ FIRES: dict[FireName, ReadyFire] = {
         ),
         chemistry=Chemistry(0.3, 3.0, 0.0, 0.8, 0.0, 0.6),
         forces=Forces(lift=7.0, confinement=0.7, stirring=6.0, drag=0.3),
-        look=Look(emission=0.0, absorption=0.0, extinction=80.0),
+        look=Look(emission=0.0, absorption=0.0, extinction=110.0, thin=0.12),
         smoke=1.0,
         settling=2.2,
         depth=0.6,
@@ -256,7 +264,9 @@ FIRES: dict[FireName, ReadyFire] = {
         ),
         chemistry=Chemistry(0.3, 3.0, 0.0, 0.6, 0.0, 1.6),
         forces=Forces(lift=5.0, confinement=0.6, stirring=7.0, drag=0.6),
-        look=Look(emission=0.0, absorption=0.0, extinction=26.0, albedo=(0.86, 0.87, 0.88)),
+        look=Look(
+            emission=0.0, absorption=0.0, extinction=32.0, thin=0.08, albedo=(0.86, 0.87, 0.88),
+        ),
         smoke=1.0,
         settling=1.8,
         foot=0.08,

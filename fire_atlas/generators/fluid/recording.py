@@ -18,6 +18,10 @@ _REPEATS = 0.25
 itself: its seam is at most that much longer than another step."""
 
 
+_LEAST_SMOKE = 0.02
+"""Smoke, of the densest, up to which a cube counts as empty."""
+
+
 @dataclass(frozen=True, slots=True)
 class FluidRecording:
     """A fire that was simulated.
@@ -46,7 +50,7 @@ def record(
     volumes = []
     for number, scalars in enumerate(frames):
         presence = scene.presence(number)
-        volumes.append(Volume.of(scalars if presence >= 1 else scalars * np.float32(presence)))
+        volumes.append(Volume.of(scalars if presence >= 1 else _thinned(scalars, presence)))
     if not before:
         return FluidRecording(tuple(volumes), None)
     repeats = _difference(before, volumes)
@@ -57,6 +61,16 @@ def record(
             after = volumes[-k].scalars()
             volumes[-k] = Volume.of(after + share * (before[-k].scalars() - after))
     return FluidRecording(tuple(volumes), repeats)
+
+
+def _thinned(scalars: Field, presence: float) -> Field:
+    """Return gas of which a part ``presence`` is left, 0..1: smoke in so many of its cubes, so that
+    it is torn before it is gone."""
+    left, smoke = scalars * np.float32(presence), scalars[..., SMOKE]
+    if smoke.any():
+        worn = np.quantile(smoke[smoke > _LEAST_SMOKE * smoke.max()], 1 - presence)
+        left[..., SMOKE] = np.maximum(smoke - np.float32(worn), 0)
+    return left
 
 
 def _difference(before: list[Volume], volumes: list[Volume]) -> float:

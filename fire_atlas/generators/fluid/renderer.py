@@ -128,7 +128,8 @@ class FluidView:
         """Return the front of the fire and its smoke in frame ``index``."""
         with self.turns:
             gas = self._gas(index)
-            thick = gas[..., SMOKE] * np.float32(self.scene.look.extinction * self.scene.grid.cell)
+            smoke = self._painter.smoke(gas[..., SMOKE])
+            thick = smoke * np.float32(self.scene.look.extinction * self.scene.grid.cell)
             weight = self._brightness(gas) + thick
             at = np.nonzero(weight > _DARK)
             pitch = self._sight.pitch

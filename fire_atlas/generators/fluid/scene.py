@@ -3,10 +3,8 @@
 import math
 from dataclasses import dataclass, replace
 
-import numpy as np
 import scipy.fft
 
-from fire_atlas.core.easing import smooth_step
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.core.pixels import hex_to_linear
 from fire_atlas.generators.fluid.burners import FluidBurner, Vector
@@ -33,15 +31,15 @@ _SIDES, _TOP = 0.08, 0.11
 _DEEPEST = 1.5
 """Depth up to which the box grows with what burns, heights."""
 
-_BLAST, _BLAST_TIME = 22.0, 0.11
+_BLAST, _BLAST_TIME = 25.0, 0.11
 """Expansion of what burns at the beginning of a blast of 1, and the time, s, by which it is e times
 less."""
 
 _OVERLAP = 0.25
 """Part of a loop over which its end is led to its beginning, if it does not repeat by itself."""
 
-_VANISHING = 0.35
-"""Last part of a fire that plays once in which it thins to nothing."""
+_VANISHING = 0.5
+"""Last part of a fire that plays once in which it thins to nothing, slowly at first."""
 
 
 @dataclass(frozen=True)
@@ -110,7 +108,7 @@ class Scene:
         if self.loop or self.frames < 2:
             return 1.0
         left = (self.frames - 1 - number) / max(1.0, _VANISHING * (self.frames - 1))
-        return float(smooth_step(np.array(left)))
+        return 1 - max(0.0, 1 - left) ** 2
 
 
 def plays_once(source: FluidSource) -> bool:
@@ -150,7 +148,7 @@ def build_scene(source: FluidSource, settings: GenerationSettings) -> Scene:
         confinement=ready.forces.confinement * source.turbulence,
         stirring=ready.forces.stirring * source.turbulence,
     )
-    look = ready.look
+    look = replace(ready.look, thin=ready.look.thin * smoke)
     if source.smoke_colour is not None:
         look = replace(look, albedo=_linear(source.smoke_colour))
     return Scene(
