@@ -1,5 +1,6 @@
 """Source ``fluid``: gas that burns, simulated once and rendered as a clip for each view."""
 
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 from threading import Semaphore
@@ -11,7 +12,7 @@ from fire_atlas.core.errors import RecipeError
 from fire_atlas.generators.fluid.memory import memory_within_limit
 from fire_atlas.generators.fluid.process import record_apart
 from fire_atlas.generators.fluid.recording import FluidRecording
-from fire_atlas.generators.fluid.renderer import FluidView, fluid_camera
+from fire_atlas.generators.fluid.renderer import EDGE, FluidView, fluid_camera
 from fire_atlas.generators.fluid.scene import Scene, build_scene, plays_once
 from fire_atlas.generators.rendering import rendered_clip
 from fire_atlas.generators.settings import GenerationSettings
@@ -23,8 +24,8 @@ _LOOKED_AT = 6
 """Number of frames that are looked at for a fire that leaves the frame, or hardly fills it."""
 
 _LEAVES, _SEEN = 0.25, 0.05
-"""Coverage at a side of the frame from which on a fire is cut there, and from which on a place
-shows fire."""
+"""Coverage where a picture begins to fade towards a side of the frame from which on a fire leaves
+it there, and from which on a place shows fire."""
 
 _LEAST_FILLED = 0.1
 """Part of the frame's height below which a fire is small in it."""
@@ -121,7 +122,11 @@ def _of_frame(view: FluidView) -> Iterator[str]:
             "nothing is to be seen of this fire; use more fuel_rate, heat or smoke",
             key=("source",),
         )
-    sides = {"top": most[0], "left side": most[:, 0], "right side": most[:, -1]}
+    edge = min(math.ceil(EDGE * view.camera.scale), *(side // 2 for side in most.shape))
+    sides = {
+        "top": most[edge], "left side": most[:, edge], "right side": most[:, -1 - edge],
+        **({} if view.scene.grid.has_ground else {"lower edge": most[-1 - edge]}),
+    }  # fmt: skip
     cut = [name for name, edge in sides.items() if edge.max() > _LEAVES]
     if cut:
         yield (

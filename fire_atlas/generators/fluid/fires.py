@@ -114,8 +114,10 @@ def _charge(
 
 
 def _muzzle() -> tuple[FluidBurner, ...]:
-    """Return a jet to the right, and five shorter ones that leave a muzzle's slots aside: each is a
-    row of lumps that become thinner and faster away from it."""
+    """Return a jet to the right, and seven shorter ones that leave a muzzle's slots aside.
+
+    Each is a row of lumps that become thinner and faster away from it.
+    """
     rows = [((1.0, 0.0, 0.0), 7.2, 0.9)]
     for k in range(7):
         turn = 2 * math.pi * (k + 0.27) / 7
@@ -132,7 +134,7 @@ def _muzzle() -> tuple[FluidBurner, ...]:
             lumps.append(
                 FluidBurner(
                     at=(way[0] * far, way[1] * far, way[2] * far), size=(size, size, size),
-                    fuel=1 - 0.85 * share, temperature=1.3 - 0.8 * share, speed=4.0 + 11.0 * share,
+                    fuel=1 - 0.7 * share, temperature=1.3 - 0.6 * share, speed=3.0 + 7.0 * share,
                     direction=way, ragged=0.45 + 0.5 * share, grain=0.07, pulse=0.0, spread=0.25,
                     burning=(0.0, 0.026),
                 )
@@ -223,10 +225,10 @@ FIRES: dict[FireName, ReadyFire] = {
         radius=0.095,
         burners=_muzzle(),
         chemistry=Chemistry(0.1, 3.0, 1.8, 12.0, 0.0, 5.0),
-        forces=Forces(lift=0.5, confinement=0.9, stirring=30.0, drag=9.0),
+        forces=Forces(lift=0.5, confinement=0.5, stirring=40.0, drag=7.0),
         look=Look(
             emission=260.0, absorption=6.0, hollow=0.0, dense=0.6, hottest=2000.0, contrast=5.5,
-            extinction=60.0, albedo=(0.34, 0.325, 0.31),
+            extinction=60.0, thin=0.0, albedo=(0.34, 0.325, 0.31),
         ),
         smoke=0.06,
         expansion=1.2,

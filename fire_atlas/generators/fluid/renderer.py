@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.camera import Camera
 from fire_atlas.core.clip import FrontSurface, Values
+from fire_atlas.core.easing import edge_fade
 from fire_atlas.core.picture import brightest
 from fire_atlas.core.pixels import (
     REC709,
@@ -35,6 +36,9 @@ from fire_atlas.recipe.fluid import FluidSource
 _DARK = 1e-3
 """Light of a cube, of white, below which it does not count as burning."""
 
+EDGE = 0.05
+"""Distance from the open sides of a frame over which a picture of gas fades to nothing, heights:
+what leaves the frame would be cut there."""
 
 _LEAST_OPACITY = np.float32(1e-4)
 """Least opacity that the light of smoke is divided by."""
@@ -75,13 +79,14 @@ class FluidView:
         size = self.camera.height, self.camera.width
         with self.turns:
             seen = self._painter.draw(self._gas(index), size, self._sight.pitch)
-            return shown_gas(seen, self.blend_space)
+            return shown_gas(seen, self.blend_space) * self._edges[..., None]
 
     def smoke(self, index: int) -> Plane:
         """Return the share of light (height, width), 0..1, that smoke keeps back in a frame."""
         size = self.camera.height, self.camera.width
         with self.turns:
-            return _hidden(self._painter.smoke_depth(self._gas(index), size, self._sight.pitch))
+            hidden = _hidden(self._painter.smoke_depth(self._gas(index), size, self._sight.pitch))
+            return as_plane(hidden * self._edges)
 
     @property
     def burning(self) -> Callable[[int], Plane] | None:
@@ -152,6 +157,16 @@ class FluidView:
         light = self._painter.emission(gas) * np.float32(self.scene.grid.cell)
         bright = light[..., 0] * REC709[0] + light[..., 1] * REC709[1] + light[..., 2] * REC709[2]
         return as_plane(np.where(bright > _DARK, bright, 0))
+
+    @cached_property
+    def _edges(self) -> Plane:
+        """How much of the picture is left near the sides of the frame, (height, width) 0..1."""
+        height, width = self.camera.height, self.camera.width
+        edge = EDGE * self.camera.scale
+        down, across = edge_fade(height, edge), edge_fade(width, edge)
+        if self.scene.grid.has_ground:
+            down[height // 2 :] = 1
+        return as_plane(np.outer(down, across))
 
     @cached_property
     def _painter(self) -> Painter:

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.core.easing import smooth_step
+from fire_atlas.core.easing import edge_fade
 from fire_atlas.core.pixels import as_plane
 from fire_atlas.vision.warp import between_copies
 
@@ -55,9 +55,3 @@ def blurred(light: NDArray[np.float32], spread: float) -> NDArray[np.float32]:
     # Nothing is known beyond the frame, so that light is lost there.
     wide = cv2.GaussianBlur(small, (0, 0), spread * factor, borderType=cv2.BORDER_CONSTANT)
     return as_plane(cv2.resize(wide, (width, height), interpolation=cv2.INTER_CUBIC))
-
-
-def edge_fade(length: int, edge: float) -> NDArray[np.float32]:
-    """Return weights (length,), 0 at both ends and 1 from ``edge`` samples on."""
-    from_end = np.minimum(np.arange(length), np.arange(length)[::-1]) / max(edge, 1.0)
-    return smooth_step(from_end).astype(np.float32)

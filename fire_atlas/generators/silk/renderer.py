@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from fire_atlas.core.camera import Camera
 from fire_atlas.core.clip import Clip, FrontSurface, Values
 from fire_atlas.core.dither import dithered
-from fire_atlas.core.easing import smooth_step
+from fire_atlas.core.easing import edge_fade, smooth_step
 from fire_atlas.core.picture import brightest
 from fire_atlas.core.pixels import Pixels, Plane, as_plane
 from fire_atlas.generators.front import POINT_DISTANCE, PointCloud, front_surface_of
@@ -21,7 +21,7 @@ from fire_atlas.generators.settings import GenerationSettings
 from fire_atlas.generators.silk import raster
 from fire_atlas.generators.silk.burning_picture import CharredPicture, PictureBuffers
 from fire_atlas.generators.silk.colour import expose
-from fire_atlas.generators.silk.glow import edge_fade, scattered
+from fire_atlas.generators.silk.glow import scattered
 from fire_atlas.generators.silk.ignition import Ignition
 from fire_atlas.generators.silk.intruder_drawing import (
     Hearth,
