@@ -1,6 +1,5 @@
 """Source ``fluid``: gas that burns, simulated once and rendered as a clip for each view."""
 
-import math
 from collections.abc import Iterator
 from dataclasses import replace
 from threading import Semaphore
@@ -24,8 +23,8 @@ _LOOKED_AT = 6
 """Number of frames that are looked at for a fire that leaves the frame, or hardly fills it."""
 
 _LEAVES, _SEEN = 0.25, 0.05
-"""Coverage where a picture begins to fade towards a side of the frame from which on a fire leaves
-it there, and from which on a place shows fire."""
+"""Coverage from which on a fire leaves the frame, where half of its picture has faded towards a
+side, and from which on a place shows fire."""
 
 _LEAST_FILLED = 0.1
 """Part of the frame's height below which a fire is small in it."""
@@ -122,7 +121,7 @@ def _of_frame(view: FluidView) -> Iterator[str]:
             "nothing is to be seen of this fire; use more fuel_rate, heat or smoke",
             key=("source",),
         )
-    edge = min(math.ceil(EDGE * view.camera.scale), *(side // 2 for side in most.shape))
+    edge = round(EDGE / 2 * view.camera.scale)
     sides = {
         "top": most[edge], "left side": most[:, edge], "right side": most[:, -1 - edge],
         **({} if view.scene.grid.has_ground else {"lower edge": most[-1 - edge]}),
