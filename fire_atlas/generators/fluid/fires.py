@@ -124,7 +124,7 @@ def _muzzle() -> tuple[FluidBurner, ...]:
         ahead = (0.55, 0.2, 0.82, 0.36, 0.62, 0.1, 0.78)[k]
         aside = math.sqrt(1 - ahead * ahead)
         way = (ahead, aside * math.sin(turn), aside * math.cos(turn))
-        rows.append((way, (2.7, 2.0, 4.0, 2.4, 3.4, 1.9, 3.2)[k], 0.7))
+        rows.append((way, (1.7, 1.1, 2.6, 1.4, 2.2, 1.0, 2.0)[k], 0.7))
     lumps = []
     for way, length, wide in rows:
         count = round(length / 0.5)
@@ -225,13 +225,13 @@ FIRES: dict[FireName, ReadyFire] = {
         radius=0.095,
         burners=_muzzle(),
         chemistry=Chemistry(0.1, 3.0, 1.8, 12.0, 0.0, 5.0),
-        forces=Forces(lift=0.5, confinement=0.5, stirring=40.0, drag=7.0),
+        forces=Forces(lift=0.5, confinement=0.8, stirring=60.0, drag=7.0),
         look=Look(
             emission=260.0, absorption=6.0, hollow=0.0, dense=0.6, hottest=2000.0, contrast=5.5,
             extinction=60.0, thin=0.0, albedo=(0.34, 0.325, 0.31),
         ),
         smoke=0.06,
-        expansion=1.2,
+        expansion=4.0,
         burning=(0.0, 0.03),
         settling=0.0,
         foot=0.5,
