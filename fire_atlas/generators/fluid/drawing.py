@@ -165,14 +165,18 @@ class Painter:
         return as_plane(np.maximum(seen, 0) * np.float32(self.look.extinction * self.cell))
 
     def _without_weave(self, gas: Field) -> Field:
-        """Return gas whose smoke is smooth from cube to cube: edges that are thinner than a cube
-        would be steps, and what no step of the simulation sees a pattern of threads."""
-        if not self._has_smoke(gas):
-            return gas
-        sooty = np.ascontiguousarray(gas[..., SMOKE])
-        gas = gas.copy()
-        gas[..., SMOKE] = smoothed(sooty, slice(0, len(gas)))
-        return gas
+        """Return gas without what its cubes would show of themselves.
+
+        Flames are smooth from layer to layer: one that is thinner than a layer, and lies aslant,
+        would be a flight of steps. Smoke is so from cube to cube: what no step of the simulation
+        sees is a pattern of threads in it.
+        """
+        found = np.pad(gas, ((1, 1), (0, 0), (0, 0), (0, 0)), mode="edge")
+        found = as_plane(0.25 * found[:-2] + 0.5 * found[1:-1] + 0.25 * found[2:])
+        if self._has_smoke(gas):
+            sooty = np.ascontiguousarray(gas[..., SMOKE])
+            found[..., SMOKE] = smoothed(sooty, slice(0, len(gas)))
+        return found
 
     def burning(self, fuel: Plane) -> Plane:
         """Return how much gas burns by its fuel: thin one less, and least where it is whole."""

@@ -159,7 +159,7 @@ FIRES: dict[FireName, ReadyFire] = {
         ),
         chemistry=Chemistry(0.95, 5.0, 1.9, 3.5, 0.0, 2.5),
         forces=Forces(lift=12.0, confinement=0.5, stirring=5.0, drag=0.5),
-        look=Look(emission=190.0, absorption=4.0),
+        look=Look(emission=260.0, absorption=5.0, hollow=0.5),
         foot=0.14,
         depth=0.45,
         has_ground=False,
