@@ -118,7 +118,7 @@ def _muzzle() -> tuple[FluidBurner, ...]:
 
     Each is a row of lumps that become thinner and faster away from it.
     """
-    rows = [((1.0, 0.0, 0.0), 7.2, 0.9)]
+    rows = [((1.0, 0.0, 0.0), 7.7, 0.9)]
     for k in range(7):
         turn = 2 * math.pi * (k + 0.27) / 7
         ahead = (0.55, 0.2, 0.82, 0.36, 0.62, 0.1, 0.78)[k]
@@ -165,7 +165,7 @@ FIRES: dict[FireName, ReadyFire] = {
         has_ground=False,
     ),
     "flamethrower": ReadyFire(
-        radius=0.068,
+        radius=0.075,
         burners=(
             FluidBurner(
                 (0, 0, 0), (1.6, 0.9, 0.9), speed=6.5, direction=(1, 0, 0.05), ragged=0.06,
@@ -173,11 +173,11 @@ FIRES: dict[FireName, ReadyFire] = {
             ),
         ),
         chemistry=Chemistry(0.9, 0.5, 2.4, 1.4, 0.0, 2.5),
-        forces=Forces(lift=1.5, confinement=0.4, stirring=7.0, drag=0.3),
+        forces=Forces(lift=1.8, confinement=0.4, stirring=7.0, drag=0.3),
         look=Look(emission=260.0, absorption=6.0, hollow=0.4, dense=0.35, extinction=22.0),
         smoke=0.06,
         expansion=3.5,
-        foot=0.41,
+        foot=0.4,
         side=0.09,
         depth=0.7,
         thinning=0.2,
@@ -224,14 +224,14 @@ FIRES: dict[FireName, ReadyFire] = {
     "muzzle_flash": ReadyFire(
         radius=0.095,
         burners=_muzzle(),
-        chemistry=Chemistry(0.1, 3.0, 1.8, 12.0, 0.0, 5.0),
+        chemistry=Chemistry(0.1, 3.0, 1.8, 13.0, 0.0, 5.0),
         forces=Forces(lift=0.5, confinement=0.8, stirring=60.0, drag=7.0),
         look=Look(
-            emission=260.0, absorption=6.0, hollow=0.0, dense=0.6, hottest=2000.0, contrast=5.5,
+            emission=700.0, absorption=6.0, hollow=0.0, dense=0.6, hottest=2500.0, contrast=5.5,
             extinction=60.0, thin=0.0, albedo=(0.34, 0.325, 0.31),
         ),
-        smoke=0.06,
-        expansion=4.0,
+        smoke=0.04,
+        expansion=2.5,
         burning=(0.0, 0.03),
         settling=0.0,
         foot=0.5,
