@@ -171,7 +171,7 @@ PROMISES_OF_PROFILE = (
 @lru_cache(maxsize=16)
 def _learnt(clip: str, threshold: float | None, cells: int) -> Profile:
     with Workers(2) as workers:
-        return learn_profile({clip: proxied(open_clip(clip))}, workers, threshold, cells)
+        return learn_profile({clip: proxied(open_clip(clip, "source"))}, workers, threshold, cells)
 
 
 def generate(promise: Promise, value: Any, seed: int, scale: Scale) -> Generated:
