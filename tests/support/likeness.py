@@ -91,7 +91,7 @@ def learnt_kite() -> Profile:
 
 @cache
 def learnt_from(name: str, height: Literal["source"] | None = None) -> Profile:
-    """Learn the profile of a sample or a real clip, at the height at which ``open_clip`` opens it."""
+    """Learn the profile of a sample or a real clip as ``open_clip`` opens it."""
     return learnt(open_clip(name, height))
 
 
