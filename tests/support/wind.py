@@ -15,7 +15,7 @@ LEVELS = [0, 2, 5]
 
 SILK: dict[str, Any] = {
     "source": {
-        "kind": "silk", "width": 48, "height": 56, "rows": 8, "columns": 6,
+        "kind": "silk", "width": 56, "height": 64, "rows": 8, "columns": 6,
         "sheets": {"arrangement": "crossed", "count": 2, "width": 0.4, "height": 0.6},
     },
     "wind": {"levels": LEVELS},
