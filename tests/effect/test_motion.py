@@ -62,8 +62,9 @@ def long_run(name: str) -> EffectRun:
     """Embers over a clip for a while."""
     # Sparks of bursts leave from one point.
     keys = {"flakes": {"rate": 200, "bursts": 0}, "timeline": {"loop": "none"}}
-    height = "source" if name == "real_fireplace_gif" else None  # its flames are low in the frame
-    return run_effect(looped(open_clip(name, height), 5.0), keys)
+    burns_low = name == "real_fireplace_gif"  # in its frame: little of that is above its flames
+    clip = open_clip(name, "source" if burns_low else None)
+    return run_effect(looped(clip, 5.0), keys)
 
 
 @lru_cache(maxsize=1)
