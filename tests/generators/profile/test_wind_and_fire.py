@@ -37,7 +37,7 @@ def sets_in(t: float, level: float) -> Wind:
     return wind(keyframes=[{"t": at, "level": strong} for at, strong in blows])
 
 
-def leans(profile: Profile, blows: Wind, frames: int = 72, loop: bool = True) -> Array:
+def leans(profile: Profile, blows: Wind, frames: int = 48, loop: bool = True) -> Array:
     [clip] = generated(profile, settings(frames, wind=blows, loop=loop))
     return look_at_fire(clip, profile.front.threshold).leans
 
