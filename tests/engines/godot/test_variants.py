@@ -16,7 +16,7 @@ TINY: dict[str, Any] = {**SILK["source"], "width": 24, "height": 28, "rows": 6, 
 """What is seen of the fires is their names."""
 
 SMALL: dict[str, Any] = {
-    "source": TINY, "timeline": {"frames": 12, "fps": 12}, "flakes": {"bake": False},
+    "source": TINY, "timeline": {"frames": 8, "fps": 8}, "flakes": {"bake": False},
     "tracks": ["light"], "exports": ["json", "godot"], "variants": 3,
 }  # fmt: skip
 
