@@ -54,7 +54,8 @@ def run(count: int | None, seed: int) -> list[str]:
     names = list(SCENES)
     with tempfile.TemporaryDirectory(prefix="stale-") as folder:
         for k, name in enumerate(names):
-            instants = range(k, count, len(names))
+            if not (instants := range(k, count, len(names))):
+                continue
             repo = Repo(Path(folder) / str(k), SCENES[name])
             for number, _ in enumerate(instants):
                 share = ((number + seed * 0.37) % len(instants) + 0.5) / len(instants)

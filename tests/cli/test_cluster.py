@@ -87,8 +87,8 @@ def test_every_recipe_is_built_while_workers_come_and_go(
     tmp_path: Path, cluster: Cluster, other_version: Path
 ) -> None:
     repo = Repo(tmp_path / "repo")
-    repo.clip(count=8, height=160)
-    for i in range(6):
+    repo.clip(count=8, height=80)
+    for i in range(4):
         repo.recipe(f"fire{i}.yaml", seed=i)
     doomed = cluster.worker("doomed")
     cluster.worker("old", other_version)
@@ -104,7 +104,7 @@ def test_every_recipe_is_built_while_workers_come_and_go(
                 cluster.worker("new")
         assert (process.wait(), process.stderr.read()) == (0, "")
     done = [event["recipe"] for event in events if event["event"] == "done"]
-    assert sorted(Path(name).stem for name in done) == [f"fire{i}" for i in range(6)]
+    assert sorted(Path(name).stem for name in done) == [f"fire{i}" for i in range(4)]
     remarks = [event["message"] for event in events if "recipe" not in event]
     assert [text.partition(":")[0] for text in remarks] == [
         "worker old gets no recipes",

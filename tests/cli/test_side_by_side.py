@@ -3,6 +3,7 @@
 import contextlib
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -25,6 +26,24 @@ def repo(tmp_path: Path) -> Repo:
     repo = Repo(tmp_path / "repo")
     repo.clip(count=4, height=40)
     return repo
+
+
+@pytest.fixture(scope="module")
+def built_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with four recipes and what was built of them, one at a time."""
+    repo = Repo(tmp_path_factory.mktemp("several") / "repo")
+    repo.clip(count=4, height=40)
+    for name in several(repo):
+        repo.built(repo.folder / f"{name}.yaml")
+    return repo.folder
+
+
+@pytest.fixture
+def built_repo(built_once: Path, tmp_path: Path) -> Repo:
+    """Return a repo of the test's own with four recipes that are built."""
+    built = Repo(tmp_path / "built")
+    shutil.copytree(built_once, built.folder, dirs_exist_ok=True)
+    return built
 
 
 def several(repo: Repo, count: int = 4) -> list[str]:
@@ -82,14 +101,11 @@ def is_alive(pid: int) -> bool:
 
 
 @pytest.mark.parametrize("jobs", ["1", "2", "8"])
-def test_the_same_bytes_as_one_at_a_time(repo: Repo, tmp_path: Path, jobs: str) -> None:
-    names = several(repo)
+def test_the_same_bytes_as_one_at_a_time(repo: Repo, built_once: Path, jobs: str) -> None:
+    several(repo)
     ran = repo.run("build", repo.folder, "--jobs", jobs)
     assert (ran.code, ran.out.splitlines()[-1]) == (0, "4 recipes: 4 built")
-    for name in names:
-        single = tmp_path / "single"
-        assert repo.run("build", repo.folder / f"{name}.yaml", "-o", single).code == 0
-    assert contents(repo.build) == contents(single)
+    assert contents(repo.build) == contents(built_once / "build")
     assert repo.run("build", repo.folder).out.splitlines()[-1] == "4 recipes: 4 up to date"
 
 
@@ -292,11 +308,10 @@ def completed(before: dict[str, bytes], after: dict[str, bytes], names: list[str
 @posix
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_ends_all_processes(repo: Repo, number: signal.Signals) -> None:
-    names = several(repo)
-    repo.run("build", repo.folder)
-    before = contents(repo.build)
-    with running(repo, "--set", "source.height=1200") as process:
+def test_a_signal_ends_all_processes(built_repo: Repo, number: signal.Signals) -> None:
+    names = [path.stem for path in built_repo.folder.glob("*.yaml")]
+    before = contents(built_repo.build)
+    with running(built_repo, "--set", "source.height=1200") as process:
         builders = children(process.pid)
         process.send_signal(number)
         out, err = process.communicate(timeout=SOON)
@@ -304,23 +319,22 @@ def test_a_signal_ends_all_processes(repo: Repo, number: signal.Signals) -> None
     assert process.returncode == EXIT_CODE
     assert err == f"error: {MESSAGE}\n"
     wait_until(lambda: not any(map(is_alive, builders)))
-    done = completed(before, contents(repo.build), names)
+    done = completed(before, contents(built_repo.build), names)
     failed = {name for name, event in last_events(out).items() if event["event"] == "error"}
     assert {*names} - done <= failed <= {*names}
 
 
 @posix
 @pytest.mark.slow
-def test_no_build_goes_on_when_the_command_is_killed(repo: Repo) -> None:
-    names = several(repo)
-    repo.run("build", repo.folder)
-    before = contents(repo.build)
-    with running(repo, "--set", "source.height=1200") as process:
+def test_no_build_goes_on_when_the_command_is_killed(built_repo: Repo) -> None:
+    names = [path.stem for path in built_repo.folder.glob("*.yaml")]
+    before = contents(built_repo.build)
+    with running(built_repo, "--set", "source.height=1200") as process:
         builders = children(process.pid)
         process.kill()
         process.wait()
         wait_until(lambda: not any(map(is_alive, builders)))
-    completed(before, contents(repo.build), names)
+    completed(before, contents(built_repo.build), names)
 
 
 def test_a_terminal_shows_a_table(repo: Repo) -> None:

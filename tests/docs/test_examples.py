@@ -30,8 +30,8 @@ COMMAND = f"""#!/bin/sh
 "{sys.executable}" -P -m fire_atlas "$@" || exit
 # Fire of the recipes that it writes is made small, which is built as any other, but quickly.
 [ "$1" != init ] || sed -i "$2.yaml" \\
-    -e 's/^  path: .*/&\\n  height: 64/' \\
-    -e 's/^  size: game .*/  size: draft\\n  rows: 8\\n  columns: 6/'
+    -e 's/^  path: .*/&\\n  height: 48/' \\
+    -e 's/^  size: game .*/  size: draft\\n  rows: 6\\n  columns: 4/'
 """
 
 
@@ -129,7 +129,7 @@ def test_every_recipe_of_a_page_builds(
     for name in recipes_named(block):
         assert main(["init", name]) == 0
     assert main(["check", "fire.yaml"]) == 0, capsys.readouterr().err
-    assert main(["build", "fire.yaml", *made_tiny(keys, 64, 6)]) == 0, capsys.readouterr().err
+    assert main(["build", "fire.yaml", *made_tiny(keys, 48, 6)]) == 0, capsys.readouterr().err
 
 
 def test_a_job_of_the_cookbook_takes_six_lines_at_most() -> None:

@@ -9,7 +9,7 @@ from tests.docs.markdown import page_text
 from tests.support.promises.of_effect import PROMISES, WITHOUT
 from tests.support.promises.of_fluid import PROMISES_OF_FLUID, WITHOUT_OF_FLUID
 from tests.support.promises.of_silk import PROMISES_OF_SILK, WITHOUT_OF_SILK
-from tests.support.promises.promise import SEEDS, Promise
+from tests.support.promises.promise import COARSE, SEEDS, Promise
 from tests.support.promises.table import ALL, measured
 
 PAGE = "docs/promises.md"
@@ -92,5 +92,5 @@ def test_figures_of_the_table_are_measured_again(key: str) -> None:
 
 @pytest.mark.parametrize("promise", ALL, ids=IDS)
 def test_a_promise_goes_its_way(promise: Promise) -> None:
-    low, high = (measured(promise, value, 0, height=64) for value in (promise.low, promise.high))
+    low, high = (measured(promise, value, 0, COARSE) for value in (promise.low, promise.high))
     assert high > low if promise.rises else high < low, f"{low:.3g} to {high:.3g}"

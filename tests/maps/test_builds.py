@@ -373,7 +373,7 @@ def test_frames_that_the_build_drops_from_its_source_validate_the_vectors(
 ) -> None:
     """The candle flickers once in two of its frames: every other one tells nothing of the rest."""
     out = build(
-        tmp_path, source={"path": str(clips / name / "frames"), "fps": 24},
+        tmp_path, source={"path": str(clips / name / "frames"), "fps": 24, "count": 24},
         timeline={"fps": 12, "loop": "none"}, maps={"motion": "unity"}, atlas=GRID,
         flakes="none", motion_blur="none",
     )  # fmt: skip

@@ -74,8 +74,8 @@ def test_each_change_that_is_advised_makes_one_page_enough(
 
 
 def test_what_is_advised_for_generated_fire_holds_as_it_becomes_another_fire(repo: Repo) -> None:
-    source = {"kind": "silk", "width": 64, "height": 96}
-    keys: dict[str, Any] = {"source": source, "timeline": {"frames": 10}, "tracks": []}
+    source = {"kind": "silk", "width": 64, "height": 96, "rows": 8, "columns": 6}
+    keys: dict[str, Any] = {"source": source, "timeline": {"frames": 6}, "tracks": []}
     recipe = repo.recipe(**keys, atlas={"max_size": 160})
     choices = advised(repo.run("build", recipe).err, "one is enough")
     assert [pair.partition("=")[0] for pair in choices[0]] == ["source.height", "source.width"]
@@ -109,7 +109,8 @@ def test_of_fire_with_a_size_a_smaller_one_is_advised_or_the_sides_in_its_place(
     source: dict[str, Any], size: str, max_size: int, first: list[str], repo: Repo
 ) -> None:
     repo.clip(count=8)
-    keys: dict[str, Any] = {"timeline": {"frames": 6}, "flakes": "none", "tracks": []}
+    keys: dict[str, Any] = {"flakes": "none", "tracks": []}
+    keys["timeline"] = {"frames": 4 if source is SHEETS else 6}
     atlas = {"max_size": max_size, "trim": "none"}
     recipe = repo.recipe(source={**source, "size": size}, **keys, atlas=atlas)
     choices = advised(repo.run("build", recipe).err, "one is enough")
@@ -219,8 +220,8 @@ def test_a_height_above_that_of_the_footage_is_noted(repo: Repo) -> None:
 def test_what_is_advised_for_real_clips_holds(
     clips: Path, repo: Repo, clip: str, layout: str
 ) -> None:
-    source = {"path": str(clips / clip / "frames"), "height": 160}
-    recipe = repo.recipe(source=source, atlas={"max_size": 380, "layout": layout})
+    source = {"path": str(clips / clip / "frames"), "height": 96, "count": 24}
+    recipe = repo.recipe(source=source, atlas={"max_size": 200, "layout": layout})
     ran = repo.run("build", recipe)
     for pairs in advised(ran.err, "one is enough"):
         changes = [argument for pair in pairs for argument in ("--set", pair)]

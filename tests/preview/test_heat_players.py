@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 import pytest
 from PIL import Image
+from scipy.spatial import cKDTree
 
 from tests.preview.browser import Browser, assert_quiet, picture
 from tests.support.heats import RAMPS, HeatFire, Values, built
@@ -119,7 +120,7 @@ def off_ramp(shown: Values, ramp: Values) -> float:
         cv2.cvtColor((each.reshape(1, -1, 3) / 255).astype(np.float32), cv2.COLOR_RGB2Lab)[0]
         for each in (shown, ramp)
     )
-    return float(max(np.linalg.norm(other - each, axis=1).min() for each in one))
+    return float(cKDTree(other).query(one)[0].max())
 
 
 def without_modules(script: str) -> str:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import pytest
 from _pytest.mark import ParameterSet
@@ -51,29 +51,50 @@ def real(name: str, *values: object) -> ParameterSet:
     return pytest.param(name, *values, marks=[pytest.mark.clips, pytest.mark.slow])
 
 
-@lru_cache(maxsize=8)  # 65 MB each on average
-def open_clip(name: str, height: int | None = None, count: int | None = None) -> Clip:
-    """Return a sample or a real clip by its name, in memory, at its own rate."""
-    if name not in SAMPLES:
-        return real_clip(real_clips(), name)
-    path = shipped("samples") / str(SAMPLES[name]["path"])
-    settings = {**SAMPLES[name], "height": height or "source", "count": count}
-    return kept(_opened(FramesSource.model_validate(settings), path))
+_HEIGHT = 160
+"""Height at which tests look at larger clips, px: what they show is seen there too, in a fourth of
+the time."""
+
+
+@lru_cache(maxsize=16)  # 20 MB each on average
+def open_clip(
+    name: str, height: int | Literal["source"] | None = None, count: int | None = None
+) -> Clip:
+    """Return a sample or a real clip by its name, in memory, at its own rate.
+
+    Args:
+        name: Its name.
+        height: Height of its frames, px; ``"source"``: its own; by default that, or 160 if that is
+            more.
+        count: Number of its frames, if not all.
+    """
+    if name in SAMPLES:
+        path = shipped("samples") / str(SAMPLES[name]["path"])
+        settings = {**SAMPLES[name], "count": count}
+    else:
+        path = real_clips() / name / "frames"
+        meta = json.loads((path.parent / "meta.json").read_text(encoding="utf-8"))
+        settings = {"path": str(path), "fps": meta["fps"], "count": count}
+    clip = _opened(settings, path, height or "source")
+    if height is None and clip.height > _HEIGHT:
+        clip = _opened(settings, path, _HEIGHT)
+    return kept(clip)
 
 
 def real_clip(folder: Path, name: str) -> Clip:
-    """Return a real clip in ``folder``, in memory, at its own rate."""
+    """Return a real clip in ``folder``, in memory, at its own rate and size."""
     meta = json.loads((folder / name / "meta.json").read_text(encoding="utf-8"))
     frames = folder / name / "frames"
-    return kept(_opened(FramesSource(path=str(frames), fps=meta["fps"]), frames))
+    return kept(_opened({"path": str(frames), "fps": meta["fps"]}, frames, "source"))
 
 
-def _opened(source: FramesSource, path: Path) -> Clip:
+def _opened(settings: dict[str, Any], path: Path, height: int | Literal["source"]) -> Clip:
+    source = FramesSource.model_validate({**settings, "height": height})
     with Workers(1) as workers:
         return open_frames(source, path, OpeningContext("srgb", workers))
 
 
-def campfire(height: int | None = None, count: int | None = None) -> Clip:
+def campfire(height: int | Literal["source"] | None = None, count: int | None = None) -> Clip:
     """Return the sample campfire, in memory."""
     return open_clip("campfire", height, count)
 

@@ -27,10 +27,13 @@ _SPRITES = {"hud/close": 16, "hud/open": 24, "panel": 24, "coin_01": 32, "coin_0
 """Sides of square pictures, px, by their names, in the folders ``icons`` and ``ui``."""
 
 _SIMULATED = {
-    "silk": ("source.rows=8", "source.columns=6"),
+    "silk": ("source.rows=6", "source.columns=4"),
     "fluid": ("source.resolution=draft",),
 }
 """Kinds of fire that are simulated, and the settings with which that is quick."""
+
+_CLIP = 16
+"""Frames of a clip that are read where it is made tiny: a third of the campfire's."""
 
 TEMPLATE = "return { {% for f in frames %}{{ f.x }}, {% endfor %} }"
 
@@ -89,6 +92,8 @@ def made_tiny(keys: dict[str, Any], side: int, frames: int) -> list[str]:
     if source is None:
         return []
     size = [f"source.height={side}", f"timeline.frames={frames}"]
+    if source.get("kind", "frames") == "frames" and "grid" not in source:
+        size.append(f"source.count={source.get('count', _CLIP)}")
     if source.get("kind") in _SIMULATED:
         size += ["source.size=null", "source.aspect=null", f"source.width={side}"]
     return _set(*size, *_SIMULATED.get(source.get("kind", ""), ()))

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Any, Literal
 
 import cv2
 import numpy as np
@@ -90,9 +90,9 @@ def learnt_kite() -> Profile:
 
 
 @cache
-def learnt_from(name: str) -> Profile:
-    """Learn the profile of a sample or a real clip."""
-    return learnt(open_clip(name))
+def learnt_from(name: str, height: Literal["source"] | None = None) -> Profile:
+    """Learn the profile of a sample or a real clip as ``open_clip`` opens it."""
+    return learnt(open_clip(name, height))
 
 
 def settings(
@@ -209,9 +209,11 @@ def _edge(alpha: Array) -> Array:
 
 def nearest_input(frames: Sequence[Pixels], inputs: Sequence[Pixels]) -> float:
     """Least difference of any of ``frames`` from any of ``inputs``, whose flames are laid over its
-    own, as a share of the frame's light."""
-    others = [_lit_part(frame) for frame in inputs]
-    return min(_least_difference(_lit_part(frame), others) for frame in frames)
+    own, as a share of the frame's light. Large frames are compared at half their size, at which
+    they are, if anything, more alike."""
+    scale = 0.5 if len(inputs[0]) > 160 else 1.0
+    others = [_lit_part(frame, scale) for frame in inputs]
+    return min(_least_difference(_lit_part(frame, scale), others) for frame in frames)
 
 
 def _least_difference(lit: Pixels, others: Sequence[Pixels]) -> float:
@@ -226,9 +228,9 @@ def _least_difference(lit: Pixels, others: Sequence[Pixels]) -> float:
     return float(np.sqrt(max(best, 0.0) / float((lit**2).sum())))
 
 
-def _lit_part(frame: Pixels) -> Pixels:
-    """The colours of what is lit in a frame, of the box around it."""
+def _lit_part(frame: Pixels, scale: float) -> Pixels:
+    """The colours of what is lit in a frame, of the box around it, at a scale."""
     lit = brightest(frame) > 1e-3
     rows, columns = np.flatnonzero(lit.any(axis=1)), np.flatnonzero(lit.any(axis=0))
     part = frame[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1, :3]
-    return np.ascontiguousarray(part)
+    return np.asarray(cv2.resize(part, None, None, scale, scale, cv2.INTER_AREA), np.float32)

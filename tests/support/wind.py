@@ -15,8 +15,8 @@ LEVELS = [0, 2, 5]
 
 SILK: dict[str, Any] = {
     "source": {
-        "kind": "silk", "width": 56, "height": 64, "rows": 10, "columns": 8,
-        "sheets": {"arrangement": "crossed", "count": 3, "width": 0.4, "height": 0.6},
+        "kind": "silk", "width": 56, "height": 64, "rows": 8, "columns": 6,
+        "sheets": {"arrangement": "crossed", "count": 2, "width": 0.4, "height": 0.6},
     },
     "wind": {"levels": LEVELS},
     "timeline": {"frames": 24, "fps": 12},

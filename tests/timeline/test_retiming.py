@@ -6,11 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fire_atlas.core.clip import Clip
 from fire_atlas.core.pixels import as_plane
 from fire_atlas.core.workers import Workers
 from fire_atlas.vision.palette import Palette
-from tests.support.clips import SAMPLES, clip_of, open_clip, piece, real
+from tests.support.clips import clip_of, open_clip, piece, real
 from tests.support.effect import VX, VY, run_effect
 from tests.timeline.moving import (
     Notes,
@@ -78,13 +77,9 @@ def test_a_clip_keeps_its_rate_by_default() -> None:
 LIVELY = ["campfire", "torch", *map(real, ("cartoon_tauran_flame_sheet", "sim_unity_flame03"))]
 
 
-def _clip(name: str) -> Clip:
-    return open_clip(name, 160 if name in SAMPLES else None)
-
-
 @pytest.mark.parametrize("name", LIVELY)
 def test_no_frame_is_shown_twice_at_60_fps(name: str) -> None:
-    made = steps(arranged(_clip(name), fps=60.0))
+    made = steps(arranged(open_clip(name), fps=60.0))
     assert made.min() >= 0.3 * np.median(made)
 
 
@@ -92,7 +87,7 @@ def test_no_frame_is_shown_twice_at_60_fps(name: str) -> None:
     "name", ["campfire", "torch", real("real_fireplace_gif"), real("real_firewall_stock")]
 )
 def test_no_frame_is_shown_twice_where_32_go_on_for_96(name: str) -> None:
-    made = arranged(piece(_clip(name), 0, 32), frames=96)
+    made = arranged(piece(open_clip(name), 0, 32), frames=96)
     assert made.loop and made.count == 96
     assert steps(made).min() >= 0.3 * np.median(steps(made))
 
@@ -101,7 +96,7 @@ def test_no_frame_is_shown_twice_where_32_go_on_for_96(name: str) -> None:
 @pytest.mark.parametrize("name", ["campfire", real("sim_unity_flame03")])
 def test_sparks_are_as_fast_as_at_the_rate_of_the_clip(name: str) -> None:
     """A little faster where frames follow one another sooner: they lose their flame less often."""
-    clip = _clip(name)
+    clip = open_clip(name)
 
     def speed(**timeline: Any) -> float:
         keys = {"flakes": {"rate": 3600, "bursts": 0}, "timeline": timeline}

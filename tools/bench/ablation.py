@@ -220,7 +220,7 @@ class Variant:
 
 @cache
 def _seen(clip: str, keys: str) -> Seen:
-    effect = run_effect(open_clip(clip), yaml.safe_load(keys))
+    effect = run_effect(open_clip(clip, "source"), yaml.safe_load(keys))
     return Seen(effect, effect.simulated)
 
 

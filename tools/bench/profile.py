@@ -80,7 +80,7 @@ def _detail(look: Look) -> float:
 
 def likeness(name: str, every: bool) -> bool:
     """Print how like a clip the fire is that is generated of it; return whether it is enough."""
-    clip = open_clip(name)
+    clip = open_clip(name, "source")
     profile = learnt(clip)
     seen = look_at_clip(clip)
     found = []
@@ -110,7 +110,7 @@ def line(name: str, values: dict[str, float]) -> str:
 def cost(name: str, share: float) -> bool:
     """Print processor time and look against slices and particles, with a ``share`` of the clip's
     detail; return whether 12 slices of 100 are fast enough."""
-    profile = learnt(open_clip(name))
+    profile = learnt(open_clip(name, "source"))
     fast = True
     for slices, particles in SLICES:
         begun = time.process_time()

@@ -18,6 +18,7 @@ from fire_atlas.preview.cut_frames import cut_frames
 from fire_atlas.recipe.fluid import FluidSource
 from fire_atlas.recipe.load import load_tree
 from fire_atlas.recipe.silk import SilkSource
+from fire_atlas.recipe.source import FramesSource
 from fire_atlas.recipe.tree import read_tree
 from tests.engines.godot.test_flakes import assert_near_tracks
 from tests.support.godot4 import Godot4, picture
@@ -105,11 +106,13 @@ def test_a_ready_recipe_is_played_as_it_was_built(
     recipe: Path, godot4: Godot4, tmp_path: Path
 ) -> None:
     source = load_tree(read_tree(recipe)).recipe.source
-    settings = []
+    # A few small frames of the same shape show as much.
+    settings = ["timeline.frames=6"]
+    if isinstance(source, FramesSource):
+        settings.append("source.height=96")
     if isinstance(source, SilkSource | FluidSource):
-        # Their frames are slow to make; a few small ones of the same shape show as much.
         scale = 96 / max(source.width, source.height)
-        settings = ["timeline.frames=6", "source.size=null", "source.aspect=null"]
+        settings += ["source.size=null", "source.aspect=null"]
         settings.append(f"source.width={round(source.width * scale)}")
         settings.append(f"source.height={round(source.height * scale)}")
     if isinstance(source, FluidSource):
@@ -117,7 +120,7 @@ def test_a_ready_recipe_is_played_as_it_was_built(
     if isinstance(source, SilkSource):
         settings += ["source.rows=8", "source.columns=6"]
     if recipe.stem == "windy_torch":
-        settings = ["views.count=3", "timeline.frames=12"]
+        settings += ["views.count=3", "source.height=96"]
     assert_played(godot4, tmp_path, built(recipe, tmp_path, *settings))
 
 
@@ -127,6 +130,6 @@ def test_a_real_clip_is_played_as_it_was_built(
     clip: str, alpha: str, clips: Path, godot4: Godot4, tmp_path: Path
 ) -> None:
     recipe = tmp_path / "fire.yaml"
-    source = {"path": str(clips / clip / "frames"), "height": 200}
+    source = {"path": str(clips / clip / "frames"), "height": 96}
     recipe.write_text(json.dumps({"source": source, "atlas": {"alpha": alpha}}))
     assert_played(godot4, tmp_path, built(recipe, tmp_path))

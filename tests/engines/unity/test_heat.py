@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from fire_atlas.engines.unity.names import guids_in
+from tests.engines.unity import mcs
+from tests.engines.unity.mcs import CSHARP, STUBS
 from tests.engines.unity.type_trees import documents, faults, importer
 from tests.support.heats import RAMPS, HeatFire, Values, built
-
-CSHARP = Path(__file__).parent / "cs"
 
 UNITS = 50.0
 """Pixels a unit of the builds here."""
@@ -43,13 +43,9 @@ class Shader:
         functions = re.sub(
             r"^    (float\d? \w+\()", r"    static \1", functions, flags=re.MULTILINE
         )
-        source, self._program = folder / "Shader.cs", folder / "Shader.exe"
         around = (CSHARP / "HeatShader.cs").read_text(encoding="utf-8")
-        source.write_text(around.replace("FUNCTIONS", functions), encoding="utf-8")
-        subprocess.run(
-            ["mcs", "-langversion:7.2", f"-out:{self._program}", str(source)],
-            capture_output=True, check=True,
-        )  # fmt: skip
+        self._program = folder / "Shader.exe"
+        mcs.compiled(self._program, {"Shader.cs": around.replace("FUNCTIONS", functions)})
 
     def on_page(self, at: Values, place: Sequence[float], page: Sequence[float]) -> Values:
         """Return uv and whether the page has it, (n, 3), of places (n, 2) in units."""
@@ -79,15 +75,11 @@ class Player:
         self._frames = list(frames_of_prefab(assets, name))
         text = (CSHARP / "HeatHarness.cs").read_text(encoding="utf-8")
         alias = f"using Player = FireAtlas.{name}_heat;\n\nstatic class"
-        harness, self._program = folder / "Harness.cs", folder / "Player.exe"
-        harness.write_text(text.replace("static class", alias, 1), encoding="utf-8")
-        done = subprocess.run(
-            ["mcs", "-langversion:7.2", "-warn:4", "-warnaserror", f"-out:{self._program}",
-             str(assets / f"{name}_heat.cs"), str(CSHARP / "Stubs.cs"),
-             str(CSHARP / "Private.cs"), str(harness)],
-            capture_output=True, text=True, check=False,
-        )  # fmt: skip
-        assert done.returncode == 0, done.stdout + done.stderr
+        scripts = (assets / f"{name}_heat.cs", *STUBS)
+        sources = {path.name: path.read_text(encoding="utf-8") for path in scripts}
+        sources["Harness.cs"] = text.replace("static class", alias, 1)
+        self._program = folder / "Player.exe"
+        mcs.compiled(self._program, sources, *mcs.STRICT)
 
     def lines(
         self,

@@ -18,10 +18,10 @@ from fire_atlas.effect.flakes.tracks import COLUMNS, Tracks
 from fire_atlas.engines.unity.flake_tracks import AnimationFlakes, flake_bytes
 from fire_atlas.engines.unity.names import player_name
 from fire_atlas.formats.tracks.tracks_json import read_tracks
+from tests.engines.unity import mcs
+from tests.engines.unity.mcs import CSHARP, STUBS
 from tests.engines.unity.products import Fire, exported, some_tracks
 from tests.support.embers import SIDE, SINGLE, blended, overlapping, own_frame, shown, tracks_of
-
-CSHARP = Path(__file__).parent / "cs"
 
 X, Y, ALONG_X, ALONG_Y, ACROSS_X, ACROSS_Y = range(6)
 """Columns of what the harness prints; what follows is:"""
@@ -63,15 +63,10 @@ def compiled(script: Path, namespace: str = "FireAtlas", harness: str = "Harness
     """Compile a player with a ``harness``; warnings are errors."""
     text = (CSHARP / harness).read_text(encoding="utf-8")
     alias = f"using Player = {namespace}.{script.stem};\n\nstatic class"
-    main_file = script.parent / harness
-    main_file.write_text(text.replace("static class", alias, 1), encoding="utf-8")
+    sources = {path.name: path.read_text(encoding="utf-8") for path in (script, *STUBS)}
+    sources[harness] = text.replace("static class", alias, 1)
     program = script.with_suffix(".exe")
-    done = subprocess.run(
-        ["mcs", "-langversion:7.2", "-warn:4", "-warnaserror", f"-out:{program}",
-         str(script), str(CSHARP / "Stubs.cs"), str(CSHARP / "Private.cs"), str(main_file)],
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stdout + done.stderr
+    mcs.compiled(program, sources, *mcs.STRICT)
     return program
 
 
@@ -196,13 +191,9 @@ class Shader:
     def compiled(cls, folder: Path) -> "Shader":
         text = exported(Fire({"fire": 1}).product())["fire.flakes.shader"].decode()
         functions = text[text.index("float soft(") : text.index("half4 shade(")]
-        source, program = folder / "Shader.cs", folder / "Shader.exe"
         around = (CSHARP / "Hlsl.cs").read_text(encoding="utf-8")
-        source.write_text(around.replace("FUNCTIONS", functions), encoding="utf-8")
-        subprocess.run(
-            ["mcs", "-langversion:7.2", f"-out:{program}", str(source)],
-            capture_output=True, check=True,
-        )  # fmt: skip
+        program = folder / "Shader.exe"
+        mcs.compiled(program, {"Shader.cs": around.replace("FUNCTIONS", functions)})
         return cls(program)
 
     def shown(self, quad: NDArray[np.float64], side: int) -> NDArray[np.float64]:

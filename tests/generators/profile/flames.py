@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,11 +67,13 @@ def clip_of(frames: Sequence[Pixels], fps: float = 24.0, matte: str = "alpha") -
     )
 
 
+@lru_cache(maxsize=8)  # 15 MB each on average
 def swaying(
     count: int = 32, half: float = 20.0, reach: float = 8.0, lean: float = 0.0
-) -> tuple[Clip, list[float]]:
+) -> tuple[Clip, tuple[float, ...]]:
     """A kite that sways ``reach`` degrees about ``lean``, twice; and its lean in every frame."""
-    leans = [lean + reach * math.sin(4 * math.pi * (i + 0.5) / count) for i in range(count)]
+    steps = (4 * math.pi * (i + 0.5) / count for i in range(count))
+    leans = tuple(lean + reach * math.sin(step) for step in steps)
     return clip_of([painted(kite(each, half)) for each in leans]), leans
 
 

@@ -125,7 +125,7 @@ def test_the_camera_holds_a_fire_that_leans_to_any_side(name: str, elevation: fl
     profile = learnt_kite() if name == "kite" else learnt_from(name)
     for wind in (Wind(), Wind(level=5.0), GUSTS):
         fire = GeneratedFire.of(profile, settings(12, wind=wind, loop=False))
-        for view in renderings(fire, [0.0, 90.0, 180.0, 270.0], elevation, 128):
+        for view in renderings(fire, [0.0, 90.0, 180.0, 270.0], elevation, 64):
             for i in (0, 5, 11):
                 alpha = view.frame(i)[..., 3]
                 edges = (alpha[0], alpha[-1], alpha[:, 0], alpha[:, -1])

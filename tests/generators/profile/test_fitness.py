@@ -397,7 +397,7 @@ def test_a_real_wall_of_fire_is_called_so_at_any_threshold(
 @pytest.mark.clips
 @pytest.mark.slow
 def test_what_is_advised_for_a_wall_of_fire_leads_to_an_end(tmp_path: Path) -> None:
-    wall = open_clip("real_firewall_stock")
+    wall = open_clip("real_firewall_stock", "source")
     assert judged(cropped(wall, Window(60, 60, 260, 200))) is None
     save(wall, tmp_path / "wall")
     recipe = tmp_path / "wall.yaml"

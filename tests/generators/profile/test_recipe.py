@@ -38,11 +38,19 @@ def save(clip: Clip, folder: Path) -> Path:
     return folder
 
 
+@pytest.fixture(scope="module")
+def filmed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the clip of a swaying flame, and one of the same from the right: made once."""
+    folder = tmp_path_factory.mktemp("filmed")
+    save(swaying(16)[0], folder / "front")
+    save(swaying(16, half=28.0)[0], folder / "side")
+    return folder
+
+
 @pytest.fixture
-def repo(tmp_path: Path) -> Path:
-    """A folder with the clip of a swaying flame, and one of the same from the right."""
-    save(swaying(16)[0], tmp_path / "front")
-    save(swaying(16, half=28.0)[0], tmp_path / "side")
+def repo(filmed: Path, tmp_path: Path) -> Path:
+    """A folder of the test's own with these clips."""
+    shutil.copytree(filmed, tmp_path, dirs_exist_ok=True)
     return tmp_path
 
 

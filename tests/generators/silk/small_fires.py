@@ -16,7 +16,7 @@ from fire_atlas.recipe.source import Views
 from fire_atlas.recipe.wind import Wind
 from tests.support.silk_fires import silk_fire
 
-COARSE: dict[str, Any] = {"rows": 12, "columns": 8, "width": 64, "height": 80}
+COARSE: dict[str, Any] = {"rows": 8, "columns": 6, "width": 64, "height": 80}
 """A mesh and a frame that are quick to make."""
 
 

@@ -43,7 +43,7 @@ from tests.support.effect import (
     pixel_of,
     run_effect,
 )
-from tests.support.promises.promise import Figure, Promise, Unit, mean, merged, nested
+from tests.support.promises.promise import Figure, Promise, Scale, Unit, mean, merged, nested
 
 
 @dataclass(frozen=True)
@@ -660,14 +660,14 @@ def clip_for(promise: Promise, height: int) -> Clip:
     return raised(height) if promise.clip == "campfire, raised" else open_clip(promise.clip, height)
 
 
-def run(promise: Promise, value: Any, seed: int, height: int) -> Seen:
+def run(promise: Promise, value: Any, seed: int, scale: Scale) -> Seen:
     """Run the effect with the promise's key at ``value``, or left out if that is None."""
     keys = merged(promise.needs, {"seed": seed})
     if value is not None:
         keys = merged(keys, nested(promise.key, value))
     if promise.texture:
         keys = merged({"flakes": {"texture": "square.png"}}, keys)
-    effect = run_effect(clip_for(promise, height), keys)
+    effect = run_effect(clip_for(promise, scale.height), keys)
     if not promise.texture:
         return Seen(effect, effect.simulated)
     with Workers(1) as workers:

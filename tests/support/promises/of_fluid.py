@@ -17,10 +17,7 @@ from fire_atlas.recipe.fluid import FluidSource
 from fire_atlas.recipe.source import Views
 from fire_atlas.recipe.wind import Wind
 from tests.support.effect import Array
-from tests.support.promises.promise import Figure, Promise, Unit, mean, merged, nested
-
-_CELLS = 24
-"""Cubes across a square frame: few, as each figure takes a dozen simulations."""
+from tests.support.promises.promise import Figure, Promise, Scale, Unit, mean, merged, nested
 
 
 @dataclass(frozen=True)
@@ -197,16 +194,17 @@ WITHOUT_OF_FLUID = {
 """Keys of fluid that promise nothing to be seen, or what another row shows."""
 
 
-def simulate_gas(promise: Promise, value: Any, seed: int, height: int) -> Burnt:
-    """Simulate two thirds of a second of gas with the promise's key at ``value``, or left out."""
+def simulate_gas(promise: Promise, value: Any, seed: int, scale: Scale) -> Burnt:
+    """Simulate gas with the promise's key at ``value``, or left out."""
     keys = merged(promise.needs, nested(promise.key, value) if value is not None else {})
     given = dict(keys.get("source", {}))
     if isinstance(given.get("burners"), dict):
         given["burners"] = [given["burners"]]
-    usual = {"kind": "fluid", "resolution": _CELLS, "width": 3 * height // 4, "height": height}
+    usual = {"kind": "fluid", "resolution": scale.cubes}
+    usual |= {"width": 3 * scale.height // 4, "height": scale.height}
     source = FluidSource.model_validate({**usual, **given})
     wind = Wind.model_validate(keys.get("wind", {}))
-    settings = GenerationSettings(seed, wind, 16, 24.0, True, Views())
+    settings = GenerationSettings(seed, wind, scale.gas_frames, 24.0, True, Views())
     scene = build_scene(source, settings)
     with Workers(1) as workers:
         recording = record(scene, workers)

@@ -21,7 +21,7 @@ from tests.support.clips import open_clip, proxied
 from tests.support.effect import (
     Array,
 )
-from tests.support.promises.promise import Figure, Promise, Unit, mean, merged, nested
+from tests.support.promises.promise import Figure, Promise, Scale, Unit, mean, merged, nested
 
 
 @dataclass(frozen=True)
@@ -171,19 +171,19 @@ PROMISES_OF_PROFILE = (
 @lru_cache(maxsize=16)
 def _learnt(clip: str, threshold: float | None, cells: int) -> Profile:
     with Workers(2) as workers:
-        return learn_profile({clip: proxied(open_clip(clip))}, workers, threshold, cells)
+        return learn_profile({clip: proxied(open_clip(clip, "source"))}, workers, threshold, cells)
 
 
-def generate(promise: Promise, value: Any, seed: int, height: int) -> Generated:
-    """Generate two seconds of fire with the promise's key at ``value``, or left out."""
+def generate(promise: Promise, value: Any, seed: int, scale: Scale) -> Generated:
+    """Generate fire with the promise's key at ``value``, or left out."""
     keys = merged(promise.needs, nested(promise.key, value) if value is not None else {})
     source = ProfileSource.model_validate({"path": promise.clip, **keys.get("source", {})})
     wind = Wind.model_validate(keys.get("wind", {})).steady()[-1]
     views = Views.model_validate(keys.get("views", {}))
     is_loop = not wind.keyframes
-    shared = GenerationSettings(seed, wind, 48, 24.0, is_loop, views)
+    shared = GenerationSettings(seed, wind, scale.profile_frames, 24.0, is_loop, views)
     settings = ProfileFireSettings(shared, source.slices, source.particles, source.detail)
     profile = _learnt(promise.clip, source.threshold, source.cells)
     with Workers(2) as workers:
-        [clip] = generate_clips(profile, settings, height, "srgb", (), workers)
+        [clip] = generate_clips(profile, settings, scale.height, "srgb", (), workers)
     return Generated(clip, profile.front.threshold)

@@ -14,7 +14,7 @@ from fire_atlas.recipe.silk import SilkSource
 from fire_atlas.recipe.source import Views
 from fire_atlas.recipe.wind import Wind
 from tests.support.effect import Array
-from tests.support.promises.promise import Figure, Promise, Unit, mean, merged, nested
+from tests.support.promises.promise import Figure, Promise, Scale, Unit, mean, merged, nested
 from tests.support.silk_fires import silk_fire
 
 _LIT = 0.2
@@ -559,8 +559,8 @@ WITHOUT_OF_SILK = {
 """Keys of silk that promise nothing to be seen without a clip, and why."""
 
 
-def burn(promise: Promise, value: Any, seed: int, height: int) -> Burning:
-    """Simulate a second of fire with the promise's key at ``value``, or left out."""
+def burn(promise: Promise, value: Any, seed: int, scale: Scale) -> Burning:
+    """Simulate fire with the promise's key at ``value``, or left out."""
     keys = merged(promise.needs, nested(promise.key, value) if value is not None else {})
     given = dict(keys.get("source", {}))
     if value is None and promise.key == "source.intruders.keyframes":
@@ -568,12 +568,14 @@ def burn(promise: Promise, value: Any, seed: int, height: int) -> Burning:
     for items in ("sheets", "intruders"):
         if isinstance(given.get(items), dict) and "arrangement" not in given[items]:
             given[items] = [given[items]]
-    frame = {} if "size" in given else {"width": height, "height": height}
-    usual = {**frame, "rows": 12, "columns": 8}
-    sheets = {"arrangement": "crossed", "count": 5, "width": 0.35, "height": 0.9}
+    frame = {} if "size" in given else {"width": scale.height, "height": scale.height}
+    rows, columns = scale.mesh
+    usual = {**frame, "rows": rows, "columns": columns}
+    sheets = {"arrangement": "crossed", "count": scale.sheets, "width": 0.35, "height": 0.9}
     source = SilkSource.model_validate({"kind": "silk", "sheets": sheets, **usual, **given})
     timeline = keys.get("timeline", {})
-    frames, loops = timeline.get("frames", 24), timeline.get("loop") != "none"
+    frames = timeline.get("frames", scale.silk_frames)
+    loops = timeline.get("loop") != "none"
     wind = Wind.model_validate(keys.get("wind", {}))
     settings = GenerationSettings(seed, wind, frames, 24.0, loops, Views())
     return Burning(silk_fire(source, settings), silk_camera(source, 0.0, 0.0))

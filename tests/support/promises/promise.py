@@ -9,8 +9,33 @@ import numpy as np
 
 SEEDS = (0, 1, 2, 3)
 
-HEIGHT = 160
-"""Height of the frames that are measured, px."""
+
+@dataclass(frozen=True)
+class Scale:
+    """How large, how long and how fine the fire is that is measured.
+
+    Attributes:
+        height: Height of its frames, px.
+        profile_frames, silk_frames, gas_frames: Frames of fire that is generated.
+        sheets: Sheets of silk.
+        mesh: Rows and columns of a sheet.
+        cubes: Cubes of gas across a square frame.
+    """
+
+    height: int
+    profile_frames: int
+    silk_frames: int
+    gas_frames: int
+    sheets: int
+    mesh: tuple[int, int]
+    cubes: int
+
+
+OF_THE_TABLE = Scale(160, 48, 24, 16, 5, (12, 8), 24)
+"""That of the figures in docs/promises.md."""
+
+COARSE = Scale(64, 24, 12, 14, 3, (8, 6), 20)
+"""Which way a figure goes is seen here too: shorter, and hardly finer than can be."""
 
 
 class Unit(Enum):

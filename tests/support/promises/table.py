@@ -11,17 +11,17 @@ from tests.support.promises.of_effect import PROMISES, WITHOUT, run
 from tests.support.promises.of_fluid import PROMISES_OF_FLUID, WITHOUT_OF_FLUID, simulate_gas
 from tests.support.promises.of_profile import PROMISES_OF_PROFILE, generate
 from tests.support.promises.of_silk import PROMISES_OF_SILK, WITHOUT_OF_SILK, burn
-from tests.support.promises.promise import HEIGHT, SEEDS, Promise, mean
+from tests.support.promises.promise import OF_THE_TABLE, SEEDS, Promise, Scale, mean
 
 PAGE = Path(__file__).parents[3] / "docs" / "promises.md"
 
 ALL = (*PROMISES, *PROMISES_OF_PROFILE, *PROMISES_OF_SILK, *PROMISES_OF_FLUID)
 
 
-def measured(promise: Promise, value: Any, seed: int, height: int = HEIGHT) -> float:
+def measured(promise: Promise, value: Any, seed: int, scale: Scale = OF_THE_TABLE) -> float:
     """Return the promise's figure with its key at ``value``."""
     make = {"clip": run, "profile": generate, "silk": burn, "fluid": simulate_gas}[promise.fire]
-    return promise.figure.of(make(promise, value, seed, height))
+    return promise.figure.of(make(promise, value, seed, scale))
 
 
 @dataclass(frozen=True)
