@@ -134,7 +134,7 @@ def _muzzle() -> tuple[FluidBurner, ...]:
             lumps.append(
                 FluidBurner(
                     at=(way[0] * far, way[1] * far, way[2] * far), size=(size, size, size),
-                    fuel=1 - 0.7 * share, temperature=1.3 - 0.6 * share, speed=3.0 + 7.0 * share,
+                    fuel=1 - 0.6 * share, temperature=1.3 - 0.5 * share, speed=3.0 + 7.0 * share,
                     direction=way, ragged=0.45 + 0.5 * share, grain=0.07, pulse=0.0, spread=0.25,
                     burning=(0.0, 0.026),
                 )
