@@ -54,6 +54,9 @@ _GLOW_REACH = 0.035
 _LEAST_FUEL, _LEAST_SMOKE, _LEAST_LIGHT = 1e-3, 2e-3, 1e-3
 """Values up to which nothing is seen of gas, and of its light."""
 
+_SOFT = 0.008
+"""Standard deviation, heights, by which flames are softened along the lines of sight."""
+
 _AROUND = 2
 """Cubes around what is seen of a layer that are drawn too: a bicubic filter reaches them."""
 
@@ -171,8 +174,9 @@ class Painter:
         would be a flight of steps. Smoke is so from cube to cube: what no step of the simulation
         sees is a pattern of threads in it.
         """
+        beside = np.float32(min(_SOFT**2 / (2 * self.cell**2), 0.25))
         found = np.pad(gas, ((1, 1), (0, 0), (0, 0), (0, 0)), mode="edge")
-        found = as_plane(0.25 * found[:-2] + 0.5 * found[1:-1] + 0.25 * found[2:])
+        found = as_plane((1 - 2 * beside) * found[1:-1] + beside * (found[:-2] + found[2:]))
         if self._has_smoke(gas):
             sooty = np.ascontiguousarray(gas[..., SMOKE])
             found[..., SMOKE] = smoothed(sooty, slice(0, len(gas)))

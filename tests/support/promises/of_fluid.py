@@ -178,7 +178,7 @@ PROMISES_OF_FLUID = (
     ),
     _of_gas("source.burners.size", "Half its width, heights", WIDTH, 0.14, 0.28),
     _of_gas(
-        "source.burners.strength", "How much fuel its middle has", LIGHT, 0.3, 1.0,
+        "source.burners.strength", "How much fuel its middle has", LIGHT, 0.2, 1.0,
         needs={"burners": {"size": 0.14}},
     ),
 )  # fmt: skip
