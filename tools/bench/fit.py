@@ -42,10 +42,11 @@ _MIB = 1 << 20
 
 
 def loaded(recipe: Path) -> CheckedRecipe:
-    """Return a recipe, small if its fire is generated, with a budget."""
+    """Return a recipe with a budget, small if it generates fire in a size that it leaves open."""
     changes = ["fit={memory: 1}", "tracks=[]", "maps={}", "exports=[json]", "phases=none"]
-    source = load_tree(read_tree(recipe)).recipe.source
-    if isinstance(source, SilkSource | ProfileSource | FluidSource):
+    tree = read_tree(recipe)
+    source, height = load_tree(tree).recipe.source, tree.value(("source", "height"))
+    if isinstance(source, SilkSource | ProfileSource | FluidSource) and height is None:
         changes.append("source.size=draft")
     if isinstance(source, FluidSource):
         changes.append("source.resolution=draft")
