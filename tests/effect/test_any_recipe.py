@@ -197,7 +197,7 @@ RECIPES = st.fixed_dictionaries(
 def test_every_key_of_the_effect_is_tried() -> None:
     blocks: list[tuple[type[BaseModel], set[str]]] = [
         (Features, set(FEATURES)), (Buoyancy, set(BUOYANCY)),
-        (Flakes, set(FLAKES) | {"texture", "tint"}),  # tests of textures paint files for them
+        (Flakes, set(FLAKES) | {"texture", "tint", "variants"}),  # have tests of their own
         (MotionBlur, set(MOTION_BLUR)),
         (Composite, set(COMPOSITE) | {"ramp"}),  # its colours have tests of their own
         (Wind, set().union(*WIND.values(), {"levels"})),  # levels need fire that is generated

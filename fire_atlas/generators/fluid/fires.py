@@ -130,7 +130,7 @@ def _muzzle() -> tuple[FluidBurner, ...]:
         count = round(length / 0.5)
         for k in range(count):
             share = (k + 0.5) / count
-            far, size = 0.2 + length * share, max(wide * (1 - 0.6 * share), 0.585)
+            far, size = 0.2 + length * share, max(wide * (1 - 0.6 * share), 0.59)
             lumps.append(
                 FluidBurner(
                     at=(way[0] * far, way[1] * far, way[2] * far), size=(size, size, size),

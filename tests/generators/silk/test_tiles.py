@@ -23,7 +23,7 @@ from tests.generators.silk.small_fires import COARSE, camera, fire, planned
 from tests.generators.silk.test_builds import built, recipe, refused
 
 WIDTH, HEIGHT = 160, 64
-SIZE: dict[str, Any] = {"width": WIDTH, "height": HEIGHT}
+SIZE: dict[str, Any] = {"width": WIDTH, "height": HEIGHT, "rows": 12, "columns": 8}
 
 Frames = NDArray[np.float64]
 """(frames, height, width, channels)."""
