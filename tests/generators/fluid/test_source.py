@@ -14,7 +14,7 @@ from fire_atlas.cli import main
 from fire_atlas.core.pixels import srgb_to_linear
 from fire_atlas.core.workers import Workers
 from fire_atlas.generators.fluid.recording import record
-from fire_atlas.generators.fluid.renderer import FluidView, fluid_camera
+from fire_atlas.generators.fluid.renderer import EDGE, FluidView, fluid_camera
 from fire_atlas.generators.fluid.scene import build_scene
 from fire_atlas.generators.settings import GenerationSettings
 from fire_atlas.recipe.fluid import FluidSource
@@ -188,6 +188,37 @@ def test_a_muzzle_flash_is_a_star_for_a_moment_and_then_a_puff() -> None:
     assert top < 0.35 * 80 and bottom > 0.65 * 80 and right - left > 0.4 * 112
     # Between the lobes it is dark: they fill less of their box than a ball does (79 %).
     assert len(lit) < 0.6 * (bottom - top + 1) * (right - left + 1)
+
+
+@pytest.mark.parametrize(
+    ("keys", "level", "side"),
+    [
+        ({"fire": "smoke", "radius": 0.2}, 5.0, "right side"),
+        ({"fire": "torch", "radius": 0.3}, 0.0, "top"),
+    ],
+)
+def test_what_leaves_the_frame_fades_before_its_side_and_is_noted(
+    keys: dict[str, Any],
+    level: float,
+    side: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    view = fire(10, level, **keys)
+    turns = 0 if side == "top" else 1  # the side comes to lie at the top
+    shown = np.rot90(pictures(view)[..., 3].max(axis=0), turns)
+    hidden = np.rot90(view.smoke(9), turns)
+    edge = round(EDGE * 80)
+    assert shown[0].max() == hidden[0].max() == 0 and shown[edge].max() > 0.25
+    assert (np.diff(shown[: edge + 1].max(axis=1)) > 0).all()
+    recipe = tmp_path / "fire.yaml"
+    timeline = {"frames": 10, "fps": 24}
+    recipe.write_text(json.dumps(
+        {"source": SMALL | keys, "wind": {"level": level}, "timeline": timeline, "flakes": "none"}
+    ))  # fmt: skip
+    assert main(["build", str(recipe), "-o", str(tmp_path / "out")]) == 0
+    said = " ".join(capsys.readouterr().err.split())
+    assert "the fire leaves the frame at its" in said and side in said
 
 
 @pytest.mark.parametrize("name", ["campfire", "steam", "explosion"])
