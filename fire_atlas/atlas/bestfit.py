@@ -18,8 +18,8 @@ Floats = NDArray[np.float32]
 Shorts = NDArray[np.int16]
 
 _LONGEST = (1 << 15) - 1
-"""Longest length that 16 bits hold, px: twice a page's. Numpy is fastest with the shortest numbers;
-walls, which may be longer, count as this."""
+"""Longest length that 16 bits hold, px: twice the largest page's. Numpy is fastest with short
+numbers; walls, which may be longer, count as this."""
 
 _TOGETHER = 100_000
 """Number of scores that are computed at a time: as many as a processor's cache holds."""
@@ -48,7 +48,8 @@ class Batch(NamedTuple):
     """B pages to fill, and the rectangles to place on each of them, in px.
 
     Attributes:
-        widths, heights: (B, n), the rectangles; x and y may be exchanged on some pages.
+        widths, heights: (B, n), the rectangles, none above ``_LONGEST``; x and y may be exchanged
+            on some pages.
         owners: (n,): columns with the same owner are one rectangle, upright and rotated.
         page_widths, page_heights: (B,), room on each page.
         priorities: (B, n), added to the score of each rectangle on every ledge, so that those with

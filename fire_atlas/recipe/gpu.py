@@ -75,13 +75,18 @@ def formats_for(formats: Iterable[GpuFormat], channels: Channels) -> Iterator[Gp
     yield from dict.fromkeys(written)
 
 
+_FAMILIES = ("bc", "astc", "etc2")
+"""What names of blocks begin with, by the devices that read them: a device reads one family."""
+
+
 def choices_of_blocks(formats: Iterable[GpuFormat]) -> list[tuple[GpuFormat, ...]]:
     """Return each choice among formats of colours that leaves one kind of blocks to each family of
     devices: BC, ASTC, ETC2. DDS and KTX2 hold the same blocks, and stay together."""
     written = list(formats_for(formats, 4))
     families: dict[str, dict[str, None]] = {}
     for format_ in written:
-        families.setdefault(format_[:2], {})[blocks_of(format_)] = None
+        family = next(each for each in _FAMILIES if format_.startswith(each))
+        families.setdefault(family, {})[blocks_of(format_)] = None
     return [
         tuple(format_ for format_ in written if blocks_of(format_) in chosen)
         for chosen in product(*families.values())

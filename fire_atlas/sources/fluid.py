@@ -23,8 +23,8 @@ _LOOKED_AT = 6
 """Number of frames that are looked at for a fire that leaves the frame, or hardly fills it."""
 
 _LEAVES, _SEEN = 0.25, 0.05
-"""Coverage from which on a fire leaves the frame, where half of its picture has faded towards a
-side, and from which on a place shows fire."""
+"""Coverage from which on fire leaves the frame, where half of its picture has faded towards a
+side, and coverage from which on a place shows fire."""
 
 _LEAST_FILLED = 0.1
 """Part of the frame's height below which a fire is small in it."""
@@ -111,7 +111,7 @@ def _of_recording(recording: FluidRecording) -> Iterator[str]:
 
 
 def _of_frame(view: FluidView) -> Iterator[str]:
-    """Yield notes on a fire that the frame cuts, or that is small in it."""
+    """Yield notes on a fire that leaves the frame, or that is small in it."""
     count = len(view.recording.volumes)
     most = np.zeros((view.camera.height, view.camera.width), np.float32)
     for index in sorted({round(k * (count - 1) / (_LOOKED_AT - 1)) for k in range(_LOOKED_AT)}):
@@ -122,14 +122,13 @@ def _of_frame(view: FluidView) -> Iterator[str]:
             key=("source",),
         )
     edge = round(EDGE / 2 * view.camera.scale)
-    sides = {
-        "top": most[edge], "left side": most[:, edge], "right side": most[:, -1 - edge],
-        **({} if view.scene.grid.has_ground else {"lower edge": most[-1 - edge]}),
-    }  # fmt: skip
-    cut = [name for name, edge in sides.items() if edge.max() > _LEAVES]
-    if cut:
+    sides = {"top": most[edge], "left side": most[:, edge], "right side": most[:, -1 - edge]}
+    if not view.scene.grid.has_ground:
+        sides["lower edge"] = most[-1 - edge]
+    left_at = [name for name, shown in sides.items() if shown.max() > _LEAVES]
+    if left_at:
         yield (
-            f"the fire leaves the frame at its {' and '.join(cut)}; use less source.radius, "
+            f"the fire leaves the frame at its {' and '.join(left_at)}; use less source.radius, "
             "fuel_rate or lift, or another aspect"
         )
     rows = np.flatnonzero((most > _SEEN).any(axis=1))

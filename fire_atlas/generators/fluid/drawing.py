@@ -66,8 +66,8 @@ class SeenGas:
     """A picture of gas before it is exposed.
 
     Attributes:
-        fire: (height, width, 3) light of what burns and its glow in smoke, as it is seen through
-            smoke.
+        fire: (height, width, 3) light of what is hot, and the fire's glow in its smoke, as it is
+            seen through smoke.
         smoke: (height, width, 3) daylight that smoke scatters, seen likewise.
         depth: (height, width) optical depth of the smoke.
     """
@@ -120,7 +120,7 @@ class Painter:
         # Light by channel in planes: numpy is slow along an axis of three.
         fire, (key, around, glow) = (np.zeros((3, *size), np.float32) for _ in range(2))
         depth, passed = np.zeros(size, np.float32), np.ones(size, np.float32)
-        gas = self._without_weave(gas)
+        gas = self._without_cubes(gas)
         smoke, is_seen = self.lit_smoke(gas), self._is_seen(gas)
         for number in np.flatnonzero(is_seen.any(axis=(1, 2))):
             part = _around(is_seen[number], size, pitch)
@@ -163,23 +163,21 @@ class Painter:
         than a cube, in less time."""
         if not self._has_smoke(gas):
             return np.zeros(size, np.float32)
-        sooty = self.smoke(self._without_weave(gas)[..., SMOKE]).sum(axis=0)
+        sooty = self.smoke(_without_weave(gas)).sum(axis=0)
         seen = enlarged(as_plane(sooty), pitch, cv2.INTER_CUBIC)[: size[0], : size[1]]
         return as_plane(np.maximum(seen, 0) * np.float32(self.look.extinction * self.cell))
 
-    def _without_weave(self, gas: Field) -> Field:
+    def _without_cubes(self, gas: Field) -> Field:
         """Return gas without what its cubes would show of themselves.
 
         Flames are smooth from layer to layer: one that is thinner than a layer, and lies aslant,
-        would be a flight of steps. Smoke is so from cube to cube: what no step of the simulation
-        sees is a pattern of threads in it.
+        would be a flight of steps. Smoke is so from cube to cube.
         """
         beside = np.float32(min(_SOFT**2 / (2 * self.cell**2), 0.25))
         found = np.pad(gas, ((1, 1), (0, 0), (0, 0), (0, 0)), mode="edge")
         found = as_plane((1 - 2 * beside) * found[1:-1] + beside * (found[:-2] + found[2:]))
         if self._has_smoke(gas):
-            sooty = np.ascontiguousarray(gas[..., SMOKE])
-            found[..., SMOKE] = smoothed(sooty, slice(0, len(gas)))
+            found[..., SMOKE] = _without_weave(gas)
         return found
 
     def burning(self, fuel: Plane) -> Plane:
@@ -276,6 +274,12 @@ def exposed(light: NDArray[np.float32]) -> NDArray[np.float32]:
     itself, and a little of it exposes the others."""
     mixed = as_plane(cv2.transform(light, np.eye(3) + _CROSSTALK))
     return 1 - as_plane(cv2.exp(-mixed))
+
+
+def _without_weave(gas: Field) -> Field:
+    """Return the smoke of gas (layers, rows, columns, 4), smooth from cube to cube: what no step of
+    the simulation sees is a pattern of threads in it."""
+    return smoothed(np.ascontiguousarray(gas[..., SMOKE]), slice(0, len(gas)))
 
 
 def _passed(way: Field) -> Field:

@@ -23,7 +23,7 @@ class Look:
         extinction: Optical depth of a height of smoke 1.
         thin: Smoke below which it is drawn thinner than it is, of what the fire gives.
         albedo: Share of the light that falls on smoke which it scatters: red, green, blue.
-        glow: Light of the fire that falls on its smoke, of what its own brightness would give.
+        glow: How bright the light of the fire on its smoke is, relative to its emission.
     """
 
     emission: float

@@ -17,8 +17,7 @@ _REPEATS = 0.25
 """Difference of frames a period apart, of that of neighbours, up to which a fire repeats by
 itself: its seam is at most that much longer than another step."""
 
-
-_LEAST_SMOKE = 0.02
+_EMPTY = 0.02
 """Smoke, of the densest, up to which a cube counts as empty."""
 
 
@@ -65,10 +64,10 @@ def record(
 
 def _thinned(scalars: Field, presence: float) -> Field:
     """Return gas of which a part ``presence`` is left, 0..1: smoke in so many of its cubes, so that
-    it is torn before it is gone."""
+    it is torn before it is gone; what is as dense everywhere goes at once."""
     left, smoke = scalars * np.float32(presence), scalars[..., SMOKE]
-    if smoke.any():
-        worn = np.quantile(smoke[smoke > _LEAST_SMOKE * smoke.max()], 1 - presence)
+    if (densest := smoke.max()) > 0:
+        worn = np.quantile(smoke[smoke > _EMPTY * densest], 1 - presence)
         left[..., SMOKE] = np.maximum(smoke - np.float32(worn), 0)
     return left
 

@@ -46,8 +46,8 @@ _LIGHT_GAIN, _LIGHT_SOFTENING = 90.0, 0.03
 _UP = np.array([0.0, 0.0, 1.0])
 
 _SKY = 0.2
-"""Light of the sky on what faces up; there is none on what faces down. Without it objects are holes
-in a picture of the day, and by night they have no form where no fire lights them."""
+"""Light of the sky on what faces straight up, half of it on what faces sideways, none on what faces
+down: objects have a form by day, and by night where no fire lights them."""
 
 _HEAD_LENGTH, _STICK_RADIUS = 1.6, 0.66
 """Length of a match's head between its round ends, and radius of the stick behind it, radii."""

@@ -231,13 +231,14 @@ def _statistics(recipe: Recipe, clip: Clip, sets: Sequence[Tracks]) -> dict[str,
     }
     if clip.hue_error is not None:
         statistics["blended"] = {"hue_error": round(clip.hue_error, 2)}
-    for tracks in sets[:1]:
-        alive = [len(rows) for rows in tracks.frames]
+    if sets:
+        first = sets[0]
+        alive = [len(rows) for rows in first.frames]
         statistics["flakes"] = {
-            "born": len(np.unique(np.concatenate(tracks.flights))),
+            "born": len(np.unique(np.concatenate(first.flights))),
             "alive_mean": round(float(np.mean(alive)), 2),
             "alive_most": max(alive),
-            "rounds": tracks.rounds,
+            "rounds": first.rounds,
         }
         flakes = recipe.flakes
         if flakes != "none" and flakes.fire_class != "auto":

@@ -75,7 +75,8 @@ def _stem(name: str, scale: float) -> str:
 def _sheet_files(recipe: Recipe, stems: list[str]) -> Iterator[OutputNames]:
     """Yield the pages of each scale, the maps beside them, and the files that describe them."""
     choices = recipe.texture_choices
-    is_one, all_have = len(choices) == 1, set[str]().union(*choices).intersection(*choices)
+    # Without a choice, formats of pages of fewer channels, which it does not name, are certain too.
+    is_one, all_have = len(choices) == 1, set[str](choices[0]).intersection(*choices)
     for stem in stems:
         for ending, role, channels in _images(recipe):
             yield OutputNames(stem, ending, role, "page", is_certain=True)

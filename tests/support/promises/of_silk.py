@@ -293,7 +293,7 @@ CARRIED = merged(
         "source": {
             "intruders": {
                 "shape": "sphere", "radius": 0.05, "strength": 0, "draw": False,
-                "keyframes": [{"t": 0, "at": [0, 0, 0.2]}, {"t": 1, "at": [0.4, 0, 0.2]}],
+                "keyframes": [{"t": 0, "at": [0, 0, 0.2]}, {"t": 1, "at": [0.32, 0, 0.2]}],
             }
         }
     },
@@ -401,7 +401,7 @@ PROMISES_OF_SILK = (
         0.0,
         70.0,
         rises=False,
-        needs=SINGLE,
+        needs=merged(SINGLE, {"timeline": {"frames": 72}}),
     ),
     _of_silk(
         "source.mass", "Heavier silk sways more slowly", SWINGS, 0.3, 2.5, rises=False, needs=LONG
