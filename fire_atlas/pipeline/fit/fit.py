@@ -9,10 +9,11 @@ lists. The order and the end of the trials depend on nothing but the frames.
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import pairwise, product
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fire_atlas.atlas.gpu import with_textures
 from fire_atlas.atlas.sheet import Heat, Sprite
@@ -184,9 +185,10 @@ def searches_of(
     """
     choices = recipe.texture_choices
     atlases = [recipe.atlas.model_copy(update={"gpu": formats}) for formats in choices]
+    scaled = _ScaledFrames(animations, recipe.atlas, budget, context)
     return [
         FitSearch(
-            animations, recipe.model_copy(update={"atlas": atlas}), budget, context,
+            animations, recipe.model_copy(update={"atlas": atlas}), budget, context, scaled,
             is_chosen=len(choices) > 1,
         )
         for atlas in sorted(atlases, key=_least_bytes, reverse=True)
@@ -199,6 +201,75 @@ def closest(searches: Sequence["FitSearch"], limit: int | None) -> "tuple[FitSea
     found = [(search, search.best(limit)) for search in searches]
     trials = [(search, trial) for search, trial in found if trial is not None]
     return min(trials, key=lambda of: of[1].error, default=None)
+
+
+class _ScaledFrames:
+    """All frames at the heights that are tried, and how far each is from each of the whole: made
+    once for all searches.
+
+    Attributes:
+        whole: The animations at the largest height.
+        top: That height, px.
+        is_pixel_art: Whether there is no other height.
+    """
+
+    def __init__(
+        self,
+        animations: Mapping[str, FinishedAnimation],
+        atlas: Atlas,
+        budget: Fit,
+        context: BuildContext,
+    ) -> None:
+        full_height = next(iter(animations.values())).frames[0].height
+        self.is_pixel_art = any(animation.pixel_art for animation in animations.values())
+        self.top = full_height
+        if budget.shown and not self.is_pixel_art:
+            self.top = min(full_height, budget.shown)
+        self._atlas, self._context = atlas, context
+        self.whole = {
+            name: at_heights(animation, [self.top], atlas, context.workers)[0]
+            for name, animation in animations.items()
+        }
+        self._made: dict[int, dict[str, FinishedAnimation]] = {}
+        self._errors: dict[tuple[int, str], NDArray[np.float64]] = {}
+
+    def at(
+        self, heights: Sequence[int], blocks: Sequence[str]
+    ) -> Iterator[tuple[Mapping[str, FinishedAnimation], NDArray[np.float64]]]:
+        """Yield the animations at each of ``heights``, and the squared errors (i, j) of its frames
+        j as frames i of the whole, the mean of those compressed to each of ``blocks``."""
+        kinds = tuple(blocks) or ("",)
+        new = [
+            height
+            for height in heights
+            if any((height, kind) not in self._errors for kind in kinds)
+        ]
+        wanted = [
+            kind for kind in kinds if any((height, kind) not in self._errors for height in new)
+        ]
+        if new:
+            self._make(new, wanted)
+        for height in heights:
+            errors = sum(self._errors[height, kind] for kind in kinds)
+            yield self._made[height], np.asarray(errors / len(kinds))
+
+    def _make(self, heights: Sequence[int], kinds: Sequence[str]) -> None:
+        workers, atlas = self._context.workers, self._atlas
+        self._context.progress.stage("fit", len(self.whole))
+        unmade = [height for height in heights if height not in self._made]
+        found = dict.fromkeys(product(heights, kinds), np.zeros(()))
+        for name, whole in self.whole.items():
+            made = at_heights(whole, unmade, atlas, workers) if unmade else []
+            for height, animation in zip(unmade, made, strict=True):
+                self._made.setdefault(height, {})[name] = animation
+            sprites = [_sprites(self._made[height][name]) for height in heights]
+            textures = as_textures(sprites, [kind for kind in kinds if kind], atlas, workers)
+            for kind, shown in zip(kinds, textures, strict=True):
+                errors = squared_errors(_sprites(whole), shown, atlas, workers)
+                for height, of_height in zip(heights, errors, strict=True):
+                    found[height, kind] = found[height, kind] + of_height
+            self._context.progress.advance()
+        self._errors |= found
 
 
 class FitSearch:
@@ -216,6 +287,7 @@ class FitSearch:
         recipe: Recipe,
         budget: Fit,
         context: BuildContext,
+        scaled: _ScaledFrames | None = None,
         *,
         is_chosen: bool = False,
     ) -> None:
@@ -223,6 +295,7 @@ class FitSearch:
 
         Args:
             animations, recipe, budget, context: As of ``fit``.
+            scaled: The frames that it has in common with other searches; None if there are none.
             is_chosen: Whether trials say how pages are compressed, as there is a choice.
 
         Raises:
@@ -244,41 +317,25 @@ class FitSearch:
         self._exact = None if isinstance(cells, int) else cells
         most = cells if isinstance(cells, int) else max(cells)
         self._most = max(most // len(animations), 1)
-        self._is_pixel_art = any(animation.pixel_art for animation in animations.values())
-        top = min(self.full_height, budget.shown or self.full_height)
-        if self._is_pixel_art:
-            top = self.full_height
-        self._whole = {
-            name: at_heights(animation, [top], recipe.atlas, context.workers)[0]
-            for name, animation in animations.items()
-        }
+        self._scaled = scaled or _ScaledFrames(animations, recipe.atlas, budget, context)
         exports = {export_name(export) for export in recipe.exports}
         self._is_even = recipe.atlas.layout == "grid" or bool(exports & _EVEN_ONLY)
         self._packed: dict[_Sizes, int | None] = {}
         self.levels: dict[int, _Level] = {}
-        least = top if self._is_pixel_art else min(_LEAST_HEIGHT, top)
+        top = self._scaled.top
+        least = top if self._scaled.is_pixel_art else min(_LEAST_HEIGHT, top)
         self.add([height for share in _LADDER if (height := round(top * share)) >= least])
 
     def add(self, heights: Sequence[int]) -> None:
         """Try further heights."""
         new = sorted(set(heights) - self.levels.keys(), reverse=True)
-        workers, atlas = self._context.workers, self._recipe.atlas
-        self._context.progress.stage("fit", len(self._whole))
-        errors = np.zeros((len(new), self.count, self.count))
-        smaller = dict[str, list[FinishedAnimation]]()
-        for name, whole in self._whole.items():
-            smaller[name] = at_heights(whole, new, atlas, workers)
-            variants = [_sprites(variant) for variant in smaller[name]]
-            for shown in as_textures(variants, self._blocks, atlas, workers):
-                errors += squared_errors(_sprites(whole), shown, atlas, workers)
-            self._context.progress.advance()
-        errors /= max(len(self._blocks), 1)
-        for number, height in enumerate(new):
-            animations = {name: variants[number] for name, variants in smaller.items()}
+        for height, (animations, errors) in zip(
+            new, self._scaled.at(new, self._blocks), strict=True
+        ):
             firsts = [_firsts_of_equal(_sprites(animation)) for animation in animations.values()]
             choices = [
                 choice
-                for choice in selections(errors[number], self._most, is_even=self._is_even)
+                for choice in selections(errors, self._most, is_even=self._is_even)
                 if self._exact is None or len(choice.kept) * len(animations) in self._exact
             ]
             self.levels[height] = _Level(animations, firsts, choices)
@@ -319,7 +376,7 @@ class FitSearch:
 
     def rms(self, error: float) -> float:
         """Return the root mean square of a sum of squared errors, of white."""
-        frames = [frame for each in self._whole.values() for frame in each.frames]
+        frames = [frame for each in self._scaled.whole.values() for frame in each.frames]
         values = sum(frame.width * frame.height for frame in frames) * 3 * 2
         return float(np.sqrt(error / values))
 
@@ -370,7 +427,7 @@ class FitSearch:
     def atlas_for(self, kept: tuple[int, ...]) -> Atlas:
         """Return the settings of pages for a choice: with the cells of a square grid, if the budget
         states exact numbers of cells."""
-        atlas, side = self._recipe.atlas, math.isqrt(len(kept) * len(self._whole))
+        atlas, side = self._recipe.atlas, math.isqrt(len(kept) * len(self._scaled.whole))
         if self._exact is None or atlas.layout != "grid":
             return atlas
         return atlas.model_copy(update={"grid": PageGrid(columns=side, rows=side)})
@@ -405,8 +462,8 @@ class FitSearch:
         choices = self.levels[height].choices
         if not choices:
             return (
-                f"nothing fits: of {self.count} frames in each of {len(self._whole)} animations, "
-                f"none of fit.cells can be kept; ask for fewer"
+                f"nothing fits: of {self.count} frames in each of {len(self._scaled.whole)} "
+                f"animations, none of fit.cells can be kept; ask for fewer"
             )
         smallest = min(choices, key=lambda choice: len(choice.kept)).kept
         in_the_way = list[str]()
@@ -418,7 +475,7 @@ class FitSearch:
                     in_the_way.append(f"atlas.{key}")
         least = self.pack(height, smallest, atlas)
         frames = "1 frame" if len(smallest) == 1 else f"{len(smallest)} frames"
-        if self._is_pixel_art:
+        if self._scaled.is_pixel_art:
             in_the_way.append("the size of pixel art, which is never changed")
         takes = "does not fit a page" if least is None else f"takes {least / _MIB:.4g} MiB"
         advice = (
