@@ -40,9 +40,9 @@ fire is as yellow as paint, with it nearly white."""
 _KEY, _AMBIENT = np.array([1.6, 1.52, 1.42]), np.array([0.13, 0.155, 0.19])
 """Light from above, left and front on smoke, and from all sides."""
 
-_SCATTERED, _PENETRATION = 0.22, 0.3
-"""Part of that light that reaches smoke after several turns, and the optical depth of its way, of
-that of the straight one."""
+_SCATTERED, _PENETRATION = (0.14, 0.36), 0.3
+"""Part of that light that reaches black smoke after several turns, and what white smoke, which
+keeps none of it, adds to that; and the optical depth of its way, of that of the straight one."""
 
 _FRESH, _BLACK = 0.7, 0.85
 """Temperature from which on soot is as fresh as it gets, and part of the light that such soot does
@@ -228,11 +228,11 @@ class Painter:
         thickness = self.smoke(gas[..., SMOKE]) * np.float32(self.look.extinction * self.cell)
         glow, colour = self._glow(gas)
         light = np.empty((*thickness.shape, 2 if glow is None else 3), np.float32)
-        sun = _passed(_aslant(thickness))
+        sun = self._passed(_aslant(thickness))
         front, top, left = (_along(thickness, axis) for axis in range(3))
         right = thickness.sum(axis=2, keepdims=True) - left
-        around = 0.25 * _passed(front) + 0.35 * _passed(top)
-        around += 0.2 * _passed(left) + 0.2 * _passed(right)
+        around = 0.25 * self._passed(front) + 0.35 * self._passed(top)
+        around += 0.2 * self._passed(left) + 0.2 * self._passed(right)
         if self.look.emission:
             fresh = np.minimum(gas[..., TEMPERATURE] * np.float32(self.heat / _FRESH), 1)
             pale = 1 - np.float32(_BLACK) * fresh
@@ -261,6 +261,15 @@ class Painter:
             glow = glow.repeat(2, axis=axis).take(np.arange(length), axis=axis)
         return glow, colour / colour.sum()
 
+    def _passed(self, way: Field) -> Field:
+        """Return the share of light, 0..1, that is left in smoke after an optical depth."""
+        black, white = _SCATTERED
+        scattered = black + white * sum(self.look.albedo) / 3
+        flat = way.reshape(-1, way.shape[-1])
+        straight = as_plane(cv2.exp(-flat)) * np.float32(1 - scattered)
+        straight += as_plane(cv2.exp(flat * np.float32(-_PENETRATION))) * np.float32(scattered)
+        return straight.reshape(way.shape)
+
     def _is_seen(self, gas: Field) -> NDArray[np.bool_]:
         """Return which cubes (layers, rows, columns) of gas show anything."""
         return (gas[..., FUEL] > _LEAST_FUEL) | (self.smoke(gas[..., SMOKE]) > _LEAST_SMOKE)
@@ -280,14 +289,6 @@ def _without_weave(gas: Field) -> Field:
     """Return the smoke of gas (layers, rows, columns, 4), smooth from cube to cube: what no step of
     the simulation sees is a pattern of threads in it."""
     return smoothed(np.ascontiguousarray(gas[..., SMOKE]), slice(0, len(gas)))
-
-
-def _passed(way: Field) -> Field:
-    """Return the share of light, 0..1, that is left after an optical depth."""
-    flat = way.reshape(-1, way.shape[-1])
-    straight = as_plane(cv2.exp(-flat)) * np.float32(1 - _SCATTERED)
-    straight += as_plane(cv2.exp(flat * np.float32(-_PENETRATION))) * np.float32(_SCATTERED)
-    return straight.reshape(way.shape)
 
 
 def _along(thickness: Field, axis: int) -> Field:

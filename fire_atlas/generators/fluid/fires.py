@@ -116,15 +116,16 @@ def _charge(
 def _muzzle() -> tuple[FluidBurner, ...]:
     """Return a jet to the right, and seven shorter ones that leave a muzzle's slots aside.
 
-    Each is a row of lumps that become thinner and faster away from it.
+    Each is a row of lumps that become thinner, slower and more ragged away from it: a fast tip
+    would roll up into a ring.
     """
-    rows = [((1.0, 0.0, 0.0), 7.7, 0.9)]
+    rows = [((1.0, 0.0, 0.0), 8.5, 0.9)]
     for k in range(7):
         turn = 2 * math.pi * (k + 0.27) / 7
         ahead = (0.55, 0.2, 0.82, 0.36, 0.62, 0.1, 0.78)[k]
         aside = math.sqrt(1 - ahead * ahead)
         way = (ahead, aside * math.sin(turn), aside * math.cos(turn))
-        rows.append((way, (1.7, 1.1, 2.6, 1.4, 2.2, 1.0, 2.0)[k], 0.7))
+        rows.append((way, (2.9, 1.8, 3.6, 2.1, 3.2, 1.5, 3.0)[k], 0.7))
     lumps = []
     for way, length, wide in rows:
         count = round(length / 0.5)
@@ -134,8 +135,8 @@ def _muzzle() -> tuple[FluidBurner, ...]:
             lumps.append(
                 FluidBurner(
                     at=(way[0] * far, way[1] * far, way[2] * far), size=(size, size, size),
-                    fuel=1 - 0.6 * share, temperature=1.3 - 0.5 * share, speed=3.0 + 7.0 * share,
-                    direction=way, ragged=0.45 + 0.5 * share, grain=0.07, pulse=0.0, spread=0.25,
+                    fuel=1 - 0.85 * share, temperature=1.3 - 0.4 * share, speed=12 - 11 * share,
+                    direction=way, ragged=0.45 + 0.5 * share, grain=0.07, pulse=0.0, spread=0.3,
                     burning=(0.0, 0.026),
                 )
             )  # fmt: skip
@@ -165,18 +166,20 @@ FIRES: dict[FireName, ReadyFire] = {
         has_ground=False,
     ),
     "flamethrower": ReadyFire(
-        radius=0.075,
+        radius=0.072,
         burners=(
             FluidBurner(
-                (0, 0, 0), (1.6, 0.9, 0.9), speed=6.5, direction=(1, 0, 0.05), ragged=0.06,
-                pulse=0.15, wander=0.05, spread=0.12, grain=0.2,
+                (0, 0, 0), (1.6, 0.9, 0.9), temperature=0.9, speed=6.5, direction=(1, 0, 0.05),
+                ragged=0.15, grain=0.16, pulse=0.3, wander=0.05, spread=0.12,
             ),
         ),
-        chemistry=Chemistry(0.9, 0.5, 2.4, 1.4, 0.0, 2.5),
-        forces=Forces(lift=1.8, confinement=0.4, stirring=7.0, drag=0.3),
-        look=Look(emission=260.0, absorption=6.0, hollow=0.4, dense=0.35, extinction=22.0),
+        chemistry=Chemistry(0.7, 0.4, 2.4, 1.6, 0.0, 2.5),
+        forces=Forces(lift=1.0, confinement=0.8, stirring=5.0, drag=0.5),
+        look=Look(
+            emission=260.0, absorption=14.0, hollow=0.0, dense=0.35, contrast=5.2, extinction=22.0,
+        ),
         smoke=0.06,
-        expansion=3.5,
+        expansion=4.5,
         foot=0.4,
         side=0.09,
         depth=0.7,
@@ -225,13 +228,13 @@ FIRES: dict[FireName, ReadyFire] = {
         radius=0.095,
         burners=_muzzle(),
         chemistry=Chemistry(0.1, 3.0, 1.8, 13.0, 0.0, 5.0),
-        forces=Forces(lift=0.5, confinement=0.8, stirring=60.0, drag=7.0),
+        forces=Forces(lift=0.5, confinement=0.8, stirring=60.0, drag=10.0),
         look=Look(
             emission=700.0, absorption=6.0, hollow=0.0, dense=0.6, hottest=2500.0, contrast=5.5,
             extinction=60.0, thin=0.0, albedo=(0.34, 0.325, 0.31),
         ),
         smoke=0.04,
-        expansion=2.5,
+        expansion=2.3,
         burning=(0.0, 0.03),
         settling=0.0,
         foot=0.5,
@@ -244,30 +247,30 @@ FIRES: dict[FireName, ReadyFire] = {
         radius=0.085,
         burners=(
             FluidBurner(
-                (0, 0, 0.3), (1.0, 1.0, 0.6), fuel=0.0, temperature=0.7, smoke=1.0, speed=0.35,
-                ragged=0.8, pulse=0.4, wander=0.4,
+                (0, 0, 0.3), (1.0, 1.0, 0.6), fuel=0.0, temperature=0.7, smoke=1.0, speed=0.6,
+                ragged=0.8, grain=0.06, pulse=0.4, wander=0.4,
             ),
         ),
         chemistry=Chemistry(0.3, 3.0, 0.0, 0.8, 0.0, 0.6),
-        forces=Forces(lift=7.0, confinement=0.7, stirring=6.0, drag=0.3),
-        look=Look(emission=0.0, absorption=0.0, extinction=110.0, thin=0.12),
+        forces=Forces(lift=7.0, confinement=1.0, stirring=8.0, drag=0.3),
+        look=Look(emission=0.0, absorption=0.0, extinction=80.0, thin=0.2),
         smoke=1.0,
         settling=2.2,
         depth=0.6,
         thinning=0.4,
     ),
     "steam": ReadyFire(
-        radius=0.07,
+        radius=0.06,
         burners=(
             FluidBurner(
-                (0, 0, 0), (1.0, 1.0, 0.8), fuel=0.0, temperature=0.5, smoke=1.0, speed=1.6,
-                ragged=0.9, pulse=0.5, wander=0.3, spread=0.15,
+                (0, 0, 0), (1.0, 1.0, 0.8), fuel=0.0, temperature=0.8, smoke=1.0, speed=2.4,
+                ragged=0.7, grain=0.06, pulse=0.5, wander=0.3, spread=0.12,
             ),
         ),
-        chemistry=Chemistry(0.3, 3.0, 0.0, 0.6, 0.0, 1.6),
-        forces=Forces(lift=5.0, confinement=0.6, stirring=7.0, drag=0.6),
+        chemistry=Chemistry(0.3, 3.0, 0.0, 0.6, 0.0, 1.8),
+        forces=Forces(lift=4.5, confinement=1.2, stirring=9.0, drag=0.6),
         look=Look(
-            emission=0.0, absorption=0.0, extinction=32.0, thin=0.08, albedo=(0.86, 0.87, 0.88),
+            emission=0.0, absorption=0.0, extinction=65.0, thin=0.08, albedo=(0.86, 0.87, 0.88),
         ),
         smoke=1.0,
         settling=1.8,

@@ -94,16 +94,17 @@ class Sight:
             seen = scalars[:, top : top + rows, left : left + columns]
             below = rows - seen.shape[1]  # the grid ends at the ground, the frame below it
             return np.pad(seen, ((0, 0), (0, below), (0, 0), (0, 0))) if below else seen
-        x, y, z, is_inside = self._places
+        x, y, z, above = self._places
         if self.scene.detail:
             x, y, z = self._displaced(x, y, z, number)
         found = look_up(scalars, places(self.scene.grid, x, y, z)).reshape(*x.shape, 4)
-        found *= is_inside[..., None]
+        found *= above[..., None]
         return found
 
     @cached_property
     def _places(self) -> tuple[Field, Field, Field, Field]:
-        """Column, row and layer of the grid of each cube that is seen, and whether it is inside."""
+        """Column, row and layer of the grid of each cube that is seen, and how much of it, 0..1, is
+        above the grid's lower end: cut from cube to cube, a fire's foot would be drawn in lines."""
         grid, (rows, columns) = self.scene.grid, self.size
         seen = np.empty((len(self.depths), rows, columns, 3))
         seen[..., 0] = (np.arange(columns) + 0.5) * self.pitch
@@ -114,8 +115,8 @@ class Sight:
         x = as_plane(world[..., 0] + (right - 0.5))
         y = as_plane((down - 0.5) - world[..., 2])
         z = as_plane(world[..., 1] + (away - 0.5))
-        is_inside = as_plane(y <= grid.shape[1] - 0.5)
-        return x, y, z, is_inside
+        above = as_plane(np.clip(grid.shape[1] - y, 0, 1))
+        return x, y, z, above
 
     def _displaced(self, x: Field, y: Field, z: Field, number: int) -> tuple[Field, Field, Field]:
         """Return places that rising noise displaces."""
