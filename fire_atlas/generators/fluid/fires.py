@@ -93,19 +93,28 @@ def _logs() -> tuple[FluidBurner, ...]:
 
 
 def _charge(
-    count: int, reach: float, size: float, life: float, ragged: float
+    count: int, reach: float, size: float, life: float, uneven: float, ragged: float, grain: float
 ) -> tuple[FluidBurner, ...]:
-    """Return lumps of a charge, spread over a ball by the golden angle."""
+    """Return lumps of a charge, spread over a ball by the golden angle.
+
+    Args:
+        count: How many.
+        reach: Farthest from the middle, radii.
+        size: Half the width of one of them in the mean, radii.
+        life: How long one of them gives fuel in the mean, s.
+        uneven: How far their sizes and distances differ, 0..1.
+        ragged, grain: As of a burner; the grain in heights.
+    """
     lumps = []
     for k in range(count):
         up = 1 - 2 * (k + 0.5) / count
         level, turn = (1 - up * up) ** 0.5, 2.399963 * k
-        far = reach * (0.55 + 0.45 * ((k * 0.618034) % 1))
-        wide = size * (0.75 + 0.5 * ((k * 0.381966 + 0.3) % 1))
+        far = reach * (1 - 0.9 * uneven * (1 - (k * 0.618034) % 1))
+        wide = size * (1 + uneven * ((k * 0.381966 + 0.3) % 1 - 0.5))
         place = (far * level * math.cos(turn), far * level * math.sin(turn), far * up)
         lumps.append(
             FluidBurner(
-                at=place, size=(wide, wide, wide), ragged=ragged,
+                at=place, size=(wide, wide, wide), ragged=ragged, grain=grain,
                 temperature=1.0 + 0.6 * ((k * 0.618034 + 0.5) % 1), pulse=0.0,
                 burning=(0.0, life * (0.7 + 0.6 * ((k * 0.7548777) % 1))),
             )
@@ -156,10 +165,13 @@ FIRES: dict[FireName, ReadyFire] = {
     "torch": ReadyFire(
         radius=0.105,
         burners=(
-            FluidBurner((0, 0, 0), (1.0, 1.0, 0.7), speed=0.6, ragged=0.7, pulse=0.5, wander=0.5),
+            FluidBurner(
+                (0, 0, 0), (1.0, 1.0, 1.1), temperature=0.8, speed=0.6, ragged=0.8, grain=0.12,
+                pulse=0.5, wander=0.5,
+            ),
         ),
-        chemistry=Chemistry(0.95, 5.0, 1.9, 3.5, 0.0, 2.5),
-        forces=Forces(lift=12.0, confinement=0.5, stirring=5.0, drag=0.5),
+        chemistry=Chemistry(0.95, 5.0, 1.9, 4.5, 0.0, 2.5),
+        forces=Forces(lift=10.0, confinement=0.5, stirring=5.0, drag=0.5),
         look=Look(emission=260.0, absorption=5.0, hollow=0.5),
         foot=0.14,
         depth=0.45,
@@ -173,12 +185,12 @@ FIRES: dict[FireName, ReadyFire] = {
                 ragged=0.15, grain=0.16, pulse=0.3, wander=0.05, spread=0.12,
             ),
         ),
-        chemistry=Chemistry(0.7, 0.4, 2.4, 1.6, 0.0, 2.5),
+        chemistry=Chemistry(0.7, 0.4, 2.4, 1.9, 0.0, 2.5),
         forces=Forces(lift=1.0, confinement=0.8, stirring=5.0, drag=0.5),
         look=Look(
-            emission=260.0, absorption=14.0, hollow=0.0, dense=0.35, contrast=5.2, extinction=22.0,
+            emission=260.0, absorption=16.0, hollow=0.0, dense=0.35, contrast=5.8, extinction=22.0,
         ),
-        smoke=0.06,
+        smoke=0.03,
         expansion=4.5,
         foot=0.4,
         side=0.09,
@@ -188,7 +200,7 @@ FIRES: dict[FireName, ReadyFire] = {
     ),
     "explosion": ReadyFire(
         radius=0.085,
-        burners=_charge(12, 0.75, 0.8, 0.04, 0.9),
+        burners=_charge(12, 0.75, 0.8, 0.04, uneven=0.5, ragged=0.9, grain=0.08),
         chemistry=Chemistry(2.5, 10.0, 1.0, 1.0, 0.0, 0.25),
         forces=Forces(lift=0.5, confinement=0.8, stirring=9.0, drag=6.0),
         look=Look(
@@ -206,12 +218,12 @@ FIRES: dict[FireName, ReadyFire] = {
         has_ground=False,
     ),
     "fireball": ReadyFire(
-        radius=0.13,
-        burners=_charge(10, 0.6, 0.6, 0.16, 0.45),
+        radius=0.11,
+        burners=_charge(8, 0.85, 0.75, 0.2, uneven=0.9, ragged=0.8, grain=0.16),
         chemistry=Chemistry(1.6, 6.0, 1.6, 1.6, 0.0, 0.4),
-        forces=Forces(lift=5.0, confinement=0.7, stirring=5.0, drag=0.5),
+        forces=Forces(lift=6.0, confinement=0.7, stirring=7.0, drag=0.5),
         look=Look(
-            emission=220.0, absorption=16.0, hollow=0.0, dense=0.35, hottest=1650.0, contrast=6.0,
+            emission=120.0, absorption=14.0, hollow=0.0, dense=0.35, hottest=1650.0, contrast=6.0,
             albedo=(0.15, 0.145, 0.14), glow=1.2,
         ),
         smoke=1.0,
@@ -230,7 +242,7 @@ FIRES: dict[FireName, ReadyFire] = {
         chemistry=Chemistry(0.1, 3.0, 1.8, 13.0, 0.0, 5.0),
         forces=Forces(lift=0.5, confinement=0.8, stirring=60.0, drag=10.0),
         look=Look(
-            emission=700.0, absorption=6.0, hollow=0.0, dense=0.6, hottest=2500.0, contrast=5.5,
+            emission=200.0, absorption=6.0, hollow=0.0, dense=0.6, hottest=2500.0, contrast=5.5,
             extinction=60.0, thin=0.0, albedo=(0.34, 0.325, 0.31),
         ),
         smoke=0.04,
