@@ -199,10 +199,10 @@ FIRES: dict[FireName, ReadyFire] = {
         has_ground=False,
     ),
     "explosion": ReadyFire(
-        radius=0.085,
-        burners=_charge(12, 0.75, 0.8, 0.04, uneven=0.5, ragged=0.9, grain=0.08),
+        radius=0.09,
+        burners=_charge(9, 1.1, 0.9, 0.05, uneven=1.0, ragged=0.9, grain=0.2),
         chemistry=Chemistry(2.5, 10.0, 1.0, 1.0, 0.0, 0.25),
-        forces=Forces(lift=0.5, confinement=0.8, stirring=9.0, drag=6.0),
+        forces=Forces(lift=1.0, confinement=0.3, stirring=5.0, drag=5.0),
         look=Look(
             emission=50.0, absorption=10.0, hollow=0.0, dense=0.35, hottest=1550.0, contrast=6.5,
             extinction=125.0, albedo=(0.12, 0.115, 0.11), glow=0.8,
