@@ -224,7 +224,7 @@ FIRES: dict[FireName, ReadyFire] = {
         forces=Forces(lift=6.0, confinement=0.7, stirring=7.0, drag=0.5),
         look=Look(
             emission=120.0, absorption=14.0, hollow=0.0, dense=0.35, hottest=1650.0, contrast=6.0,
-            albedo=(0.15, 0.145, 0.14), glow=1.2,
+            extinction=120.0, albedo=(0.15, 0.145, 0.14), glow=1.2,
         ),
         smoke=1.0,
         expansion=0.3,
