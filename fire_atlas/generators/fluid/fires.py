@@ -166,13 +166,13 @@ FIRES: dict[FireName, ReadyFire] = {
         radius=0.105,
         burners=(
             FluidBurner(
-                (0, 0, 0), (1.0, 1.0, 1.1), temperature=0.8, speed=0.6, ragged=0.8, grain=0.12,
+                (0, 0, 0), (1.15, 1.15, 0.8), temperature=0.65, speed=0.9, ragged=1.0, grain=0.09,
                 pulse=0.5, wander=0.5,
             ),
         ),
         chemistry=Chemistry(0.95, 5.0, 1.9, 4.5, 0.0, 2.5),
-        forces=Forces(lift=10.0, confinement=0.5, stirring=5.0, drag=0.5),
-        look=Look(emission=260.0, absorption=5.0, hollow=0.5),
+        forces=Forces(lift=10.0, confinement=0.8, stirring=8.0, drag=0.5),
+        look=Look(emission=260.0, absorption=5.0, hollow=0.7, contrast=6.5),
         foot=0.14,
         depth=0.45,
         has_ground=False,
