@@ -156,14 +156,20 @@ PROMISES_OF_FLUID = (
     _of_gas("source.smoke", "How much smoke comes of the fuel", SMOKE, 0.2, 1.5),
     _of_gas(
         "source.smoke_colour", "Colour of the smoke in full light", WHITENESS, "#c08040",
-        "#4080c0", fire="steam",
+        "#4080c0", needs={"radius": 0.08}, fire="steam",
     ),
     _of_gas(
         "source.blast", "How far gas expands while it catches fire", WIDTH, 0.1, 1.0,
         needs={"radius": 0.17}, fire="explosion",
     ),
-    _of_gas("source.speed", "Speed of the gas that leaves a burner", TOP, 0.3, 3.0, fire="steam"),
-    _of_gas("source.direction", "Where that gas goes", LEAN, [-1, 0, 1], [1, 0, 1], fire="steam"),
+    _of_gas(
+        "source.speed", "Speed of the gas that leaves a burner", TOP, 0.3, 3.0,
+        needs={"radius": 0.08}, fire="steam",
+    ),
+    _of_gas(
+        "source.direction", "Where that gas goes", LEAN, [-1, 0, 1], [1, 0, 1],
+        needs={"radius": 0.08}, fire="steam",
+    ),
     _of_gas(
         "source.burning", "The fire catches, burns, goes out, and plays once", LIT_FRAMES,
         [0.05, 0.2], [0.05, 0.8],
