@@ -16,7 +16,7 @@ from fire_atlas.pipeline.fit.packed import Cells, PackedChoices, least_bytes, me
 from fire_atlas.pipeline.fit.scaled import ScaledFrames
 from fire_atlas.pipeline.fit.selection import Selection, holds, selections
 from fire_atlas.recipe.fit import Fit
-from fire_atlas.recipe.gpu import blocks_of
+from fire_atlas.recipe.gpu import blocks_of, told
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.output import Atlas, PageGrid, export_name
 
@@ -273,11 +273,10 @@ class FitSearch:
 
     def sentence(self, trial: Offer) -> str:
         """Return what was chosen."""
-        blocks = "".join(f", {blocks}" for blocks in trial.blocks)
         return (
             f"fit: {len(trial.kept)} of {self.count} frames, {trial.height} of "
-            f"{self.full_height} px high{blocks}: {trial.memory / _MIB:.2f} MiB; as it is played "
-            f"it is {100 * trial.error:.2g} % of white off the whole"
+            f"{self.full_height} px high{told(trial.blocks)}: {trial.memory / _MIB:.2f} MiB; "
+            f"as it is played it is {100 * trial.error:.2g} % of white off the whole"
         )
 
     def why_nothing_fits(self, limit: int | None) -> str:
