@@ -85,6 +85,12 @@ def _half(values: _Values) -> _Values:
     return cast(_Values, np.concatenate(parts, axis=2) if len(parts) > 1 else parts[0])
 
 
+def is_srgb(settings: Atlas) -> bool:
+    """Return whether GPUs decode colours of pages from sRGB as they sample them: clients that blend
+    in sRGB sample them as they are stored."""
+    return settings.blend_space == "linear"
+
+
 def light_of(image: Bytes, settings: Atlas) -> NDArray[np.float32]:
     """Return linear premultiplied light (H, W, 4) of the bytes of a page; see ``encode``.
 

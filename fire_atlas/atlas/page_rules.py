@@ -81,6 +81,21 @@ class PageRules:
         size = self.side(width + edges), self.side(height + edges)
         return (max(size), max(size)) if self.square else size
 
+    def least_area(self, covered: int, narrowest: int) -> float:
+        """Return the area of the smallest page whose room for rectangles with their padding covers
+        ``covered``, and is as wide and as high as ``narrowest``; infinity if no page is allowed
+        that has so much."""
+        edges, least = 2 * self.border - self.padding, math.inf
+        short = self.side(narrowest + edges)
+        while short <= self.largest:
+            long = max(self.side(-(-covered // self.room(short)) + edges), short)
+            if long <= self.largest and (long == short or not self.square):
+                least = min(least, short * long)
+            if long == short:
+                break
+            short = self.side(short + 1)
+        return least
+
 
 @dataclass(frozen=True, slots=True)
 class PackingUnits:
@@ -117,7 +132,7 @@ class PackingUnits:
         frames are to stay apart. Filtering reads one texel beyond a frame, so as much space, at the
         smallest of these levels, lies around it.
         """
-        texel = step << _levels_apart(settings) - 1
+        texel = step << levels_apart(settings) - 1
         blocks = _block_sides(settings)
         px = texel * blocks
         edge = up_to(texel, settings.extrude + max(texel, math.ceil(settings.padding / 2)))
@@ -131,7 +146,7 @@ class PackingUnits:
         return across // self.px, down // self.px
 
 
-def _levels_apart(settings: Atlas) -> int:
+def levels_apart(settings: Atlas) -> int:
     """Return at how many mip levels the layout has to keep frames apart."""
     return LEVELS_APART if settings.mips == "auto" else min(settings.mips, _MOST_APART)
 

@@ -70,7 +70,7 @@ def build_sheets(
     parts = _parts([*animations, *singles], textures, _trim_of(settings), units.step)
     sprites = [sprite for animation in packed for sprite in animation.sprites]
     keeps_all = settings.layout == "grid" or not (settings.dedupe and shares)
-    originals = _firsts_in_place(packed) if keeps_all else _firsts_of_equal(sprites, parts)
+    originals = _firsts_in_place(packed) if keeps_all else firsts_of_equal(sprites, parts)
     listed = _listed(name, animations)
     others = [_with_frame_names(still, f"{name}/{still.name}") for still in (*singles, *textures)]
     names = [frame for named in (*listed, *others) for frame in named.frames]
@@ -205,9 +205,9 @@ def _firsts_in_place(packed: Sequence[AnimationFrames]) -> list[int]:
     return firsts
 
 
-def _firsts_of_equal(sprites: Sequence[Sprite], parts: Sequence[Rect]) -> list[int]:
-    """Return for each sprite the index of the first one with the same pixels in its part, so that
-    equal frames are stored once."""
+def firsts_of_equal(sprites: Sequence[Sprite], parts: Sequence[Rect]) -> list[int]:
+    """Return for each sprite the index of the first one with the same pixels in its part: equal
+    frames are stored once."""
     sizes = Counter((rect.width, rect.height) for rect in parts)
     first: dict[_Content, int] = {}
     return [

@@ -120,6 +120,7 @@ class Search:
         upright = np.array([sizes[i] for i in self._numbers], np.int64)
         self._sizes = np.concatenate([upright, upright[:, ::-1]]) if rules.rotate else upright
         self._areas = self._sizes.prod(axis=1)
+        self._widest = tuple(self._sizes.max(axis=0).tolist())
         self._area = int(self._areas[: len(upright)].sum())
         self._upright_priorities = priorities_of(self._sizes)
         self._transposed_priorities = priorities_of(self._sizes[:, ::-1])
@@ -192,7 +193,7 @@ class Search:
 
     def _width(self, room: int, transposed: bool) -> int:
         """Return the room of the page nearest to ``room`` that is wide enough for any rectangle."""
-        widest = int(self._sizes[:, int(transposed)].max())
+        widest = self._widest[transposed]
         side = self._rules.page(max(room, widest), 1)[0]
         return self._rules.room(min(side, self._rules.largest))
 
@@ -210,16 +211,17 @@ class Search:
             )
         )
         x, y = np.where(transposed, filled.y, filled.x), np.where(transposed, filled.x, filled.y)
-        return [self._trial(*args) for args in zip(candidates, x, y, strict=True)]
-
-    def _trial(self, candidate: Candidate, x: Ints, y: Ints) -> Trial:
-        placed = np.flatnonzero(x >= 0)
-        used_width = int((x + self._sizes[:, 0])[placed].max(initial=1))
-        used_height = int((y + self._sizes[:, 1])[placed].max(initial=1))
-        size = self._rules.page(used_width, used_height)
-        unplaced = self._area - int(self._areas[placed].sum())
-        used = used_width * used_height
-        return Trial(unplaced, effective_area(size), used, size, candidate, x, y)
+        is_placed = x >= 0
+        used_width = np.where(is_placed, x + width, 1).max(axis=1).tolist()
+        used_height = np.where(is_placed, y + height, 1).max(axis=1).tolist()
+        unplaced = (self._area - np.where(is_placed, self._areas, 0).sum(axis=1)).tolist()
+        return [
+            Trial(left, effective_area(size), across * down, size, candidate, *at)
+            for candidate, left, across, down, *at in zip(
+                candidates, unplaced, used_width, used_height, x, y, strict=True
+            )
+            for size in [self._rules.page(across, down)]
+        ]
 
     def _sorted(self, trials: list[Trial]) -> list[Trial]:
         """Return the best trials: least unplaced, then smallest page, then smallest used part."""

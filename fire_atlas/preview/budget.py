@@ -6,6 +6,8 @@ from typing import Any, NamedTuple, Self
 
 from pydantic import TypeAdapter, ValidationError
 
+from fire_atlas.recipe.gpu import told
+
 _MIB = 1 << 20
 
 _WIDTH, _HEIGHT = 260, 96
@@ -38,7 +40,7 @@ class Spending:
     @property
     def compressed(self) -> str:
         """How the pages are compressed, to be said behind the height; empty without a choice."""
-        return "".join(f", {blocks}" for blocks in self.blocks)
+        return told(self.blocks)
 
     @property
     def percent(self) -> str:

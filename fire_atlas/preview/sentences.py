@@ -72,7 +72,8 @@ def _flake_sentences(statistics: dict[str, Any]) -> Iterator[str]:
                     if "class" in flakes
                     else ""
                 )
-                yield f"flakes{of}: {born} in all, {alive:.3g} at a time{kind}"
+                sets = f" {flakes['sets']} sets" if "sets" in flakes else " all"
+                yield f"flakes{of}: {born} in{sets}, {alive:.3g} at a time{kind}"
 
 
 def _blend_sentences(statistics: dict[str, Any]) -> Iterator[str]:

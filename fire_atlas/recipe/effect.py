@@ -51,6 +51,9 @@ Lift = Annotated[
 FireClass = Literal["none", "gas", "candle", "campfire", "torch", "wall", "explosion"]
 """What burns."""
 
+WITHOUT_FLAKES: frozenset[FireClass] = frozenset({"none", "gas"})
+"""Classes of fire that shed no flakes."""
+
 FlakeStyle = Literal["film", "anime", "cartoon", "pixel", "grey"]
 """How flakes look."""
 
@@ -327,6 +330,15 @@ class Flakes(Settings):
     ``name.flakes.json``, ``name.v1.flakes.json``, ... The flame is on the pages once, and fires
     that stand side by side throw other sparks. They need ``bake: false``; what Godot and Unity play
     shows another set on each fire."""
+
+    @property
+    def why_none(self) -> str | None:
+        """Why there are none, as far as the recipe says; None if there may be some."""
+        if self.rate == 0:
+            return "flakes.rate is 0"
+        if self.rate == "auto" and self.fire_class in WITHOUT_FLAKES:
+            return f"flakes.class is {self.fire_class}, which sheds none"
+        return "flakes.max is 0" if self.max == 0 else None
 
     @property
     def own_texture(self) -> FlakeTexture | None:

@@ -45,6 +45,12 @@ def blocks_of(format_: str) -> str:
     return format_.partition(".")[0]
 
 
+def told(blocks: Iterable[str]) -> str:
+    """Return how pages are compressed, to be said behind the height of their frames; empty if there
+    was no choice."""
+    return "".join(f", {each}" for each in blocks)
+
+
 def block_side(format_: str) -> int:
     """Return the width and height of a format's blocks, px."""
     blocks = blocks_of(format_)

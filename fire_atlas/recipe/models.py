@@ -198,10 +198,10 @@ class Recipe(Settings):
         return self
 
     def _contradictions(self) -> Iterator[Problem]:
-        if self.timeline.tail and self.flakes == "none":
+        if self.timeline.tail and (why := _why_no_flakes(self.flakes)):
             yield Problem(
                 ("timeline", "tail"),
-                "waits for flakes to burn out, but flakes is none; remove one of them",
+                f"waits for flakes to burn out, but {why}; remove one of them",
             )
         yield from _rounds_in_pages(self.flakes, self.maps)
         yield from _idle_keys(self)
@@ -319,8 +319,9 @@ def _idle_keys(recipe: Recipe) -> Iterator[Problem]:
             "it, or set buoyancy.motion: flow",
         )
     if isinstance(recipe.source, FramesSource) and recipe.wind.peak > 0:
-        if flakes == "none" and not recipe.needs_field:
-            yield Problem(("wind",), "has no flakes to carry: flakes is none; remove one of them")
+        why = _why_no_flakes(flakes)
+        if why and not recipe.needs_field:
+            yield Problem(("wind",), f"has no flakes to carry: {why}; remove one of them")
         elif buoyancy.drag == 0:
             yield Problem(
                 ("wind",),
@@ -335,9 +336,34 @@ def _idle_keys(recipe: Recipe) -> Iterator[Problem]:
                     "is of the flame's blur; add motion_blur.flame: true, or remove it",
                 )
     if flakes != "none":
+        if flakes.why_none:
+            yield from _keys_without_flakes(recipe, flakes, flakes.why_none)
         yield from _idle_keys_of_flakes(recipe, flakes)
         if flakes.variants > 1:
             yield from _against_sets_of_flakes(recipe, flakes)
+
+
+def _why_no_flakes(flakes: FlakesOrNone) -> str | None:
+    """Return why a recipe has no flakes; None if it may have some."""
+    return "flakes is none" if flakes == "none" else flakes.why_none
+
+
+def _keys_without_flakes(recipe: Recipe, flakes: Flakes, why: str) -> Iterator[Problem]:
+    """Yield the keys that ask for more of flakes than how they look and fly, where there are none;
+    the others are let pass, so that ``--set flakes.rate=0`` shows any fire without them."""
+    remedy = f"but {why}; remove one of them"
+    asked = {
+        "bursts": flakes.bursts not in ("auto", 0),
+        "sparks": flakes.sparks not in ("auto", 0),
+        "rounds": flakes.rounds not in ("auto", 1),
+        "texture": flakes.own_texture is not None,
+        "variants": flakes.variants > 1,
+    }
+    for key, is_asked in asked.items():
+        if is_asked:
+            yield Problem(("flakes", key), f"asks for flakes, {remedy}")
+    if recipe.maps.flakes:
+        yield Problem(("maps", "flakes"), f"draws the flakes alone, {remedy}")
 
 
 def _idle_keys_of_flakes(recipe: Recipe, flakes: Flakes) -> Iterator[Problem]:

@@ -127,9 +127,13 @@ def _of_frame(view: FluidView) -> Iterator[str]:
         sides["lower edge"] = most[-1 - edge]
     left_at = [name for name, shown in sides.items() if shown.max() > _LEAVES]
     if left_at:
+        # Lift carries gas to the top alone: it keeps none from the other sides.
+        less = (
+            "source.radius, fuel_rate or lift" if "top" in left_at else "source.radius or fuel_rate"
+        )
         yield (
-            f"the fire leaves the frame at its {' and '.join(left_at)}; use less source.radius, "
-            "fuel_rate or lift, or another aspect"
+            f"the fire leaves the frame at its {' and '.join(left_at)}; use less {less}, or "
+            "another aspect"
         )
     rows = np.flatnonzero((most > _SEEN).any(axis=1))
     if (rows[-1] + 1 - rows[0]) / len(most) < _LEAST_FILLED:

@@ -1,5 +1,6 @@
 """Nothing overlaps, nothing is lost, and pages are few and full."""
 
+import math
 import random
 from itertools import combinations
 
@@ -79,6 +80,23 @@ def test_every_rectangle_has_its_own_place(sizes: list[Size], rules: PageRules) 
     assert_sound(packing, sizes, rules)
     for page in packing.pages:
         assert_allowed(page, rules)
+
+
+@settings(max_examples=60, deadline=None)
+@given(covered=st.integers(1, 5000), sprite=st.integers(1, 40), rules=rules_of_pages)
+def test_the_least_area_is_that_of_the_smallest_page_with_so_much_room(
+    covered: int, sprite: int, rules: PageRules
+) -> None:
+    narrowest = sprite + rules.padding
+    allowed = [
+        width * height
+        for width in range(1, MAX_SIZE + 1)
+        for height in range(1, MAX_SIZE + 1)
+        if rules.page(rules.room(width), rules.room(height)) == (width, height)
+        and min(rules.room(width), rules.room(height)) >= narrowest
+        and rules.room(width) * rules.room(height) >= covered
+    ]
+    assert rules.least_area(covered, narrowest) == min(allowed, default=math.inf)
 
 
 @settings(max_examples=20, deadline=None)

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 
 from fire_atlas.atlas.encode import encode_frame
 from fire_atlas.atlas.gpu import light_of
+from fire_atlas.atlas.page_rules import PackingUnits
 from fire_atlas.atlas.trim import trimmed
 from fire_atlas.core.context import BuildContext
 from fire_atlas.core.pixels import hex_to_linear
@@ -20,8 +22,10 @@ from fire_atlas.formats.textures.blocks import FORMATS, decode_blocks
 from fire_atlas.formats.textures.encode import encode_images
 from fire_atlas.pipeline.animation.contribution import FinishedAnimation
 from fire_atlas.pipeline.animation.render import RenderedFrame
-from fire_atlas.pipeline.fit.fit import FitSearch, closest, searches_of
+from fire_atlas.pipeline.fit.fit import closest, searches_of
 from fire_atlas.pipeline.fit.frames import DAY, as_textures, at_heights, squared_errors
+from fire_atlas.pipeline.fit.packed import cells_of, packed
+from fire_atlas.pipeline.fit.search import FitSearch
 from fire_atlas.pipeline.fit.selection import holds, selections
 from fire_atlas.recipe.fit import READY_BUDGETS, Fit
 from fire_atlas.recipe.models import Recipe
@@ -293,11 +297,24 @@ def test_of_a_short_clip_the_best_of_all_heights_and_frames_is_found(atlas: Any)
                 assert found.height == best[1] and found.memory <= limit
 
 
-def test_of_several_kinds_of_blocks_the_best_of_all_trials_is_found() -> None:
+SEVEN = [
+    "bc1.dds", "bc3.dds", "bc7.dds", "astc-4x4.ktx2", "astc-5x5.ktx2", "astc-6x6.ktx2",
+    "astc-8x8.ktx2",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("gpu", "count", "choices"),
+    [(["astc-4x4.ktx2", "astc-6x6.ktx2"], 8, 2), (SEVEN, 6, 3 * 4)],
+    ids=["two", "seven"],
+)
+def test_of_several_kinds_of_blocks_the_best_of_all_trials_is_found(
+    gpu: list[str], count: int, choices: int
+) -> None:
+    """Each choice of each search is packed here, without what searches share."""
     with Workers(2) as workers:
         context = BuildContext.silent(workers)
-        gpu = ["astc-4x4.ktx2", "astc-6x6.ktx2"]
-        searches = all_searches(flames(8), context, alpha="premultiplied", gpu=gpu)
+        searches = all_searches(flames(count), context, alpha="premultiplied", gpu=gpu)
         every = list[tuple[float, int]]()
         for search in searches:
             search.levels = dict(list(search.levels.items())[:1])
@@ -306,9 +323,9 @@ def test_of_several_kinds_of_blocks_the_best_of_all_trials_is_found() -> None:
                 memory = search.pack(height, choice.kept)
                 assert memory is not None
                 every.append((choice.error, memory))
-        assert len(every) == 2 * 2**7
+        assert len(every) == choices * 2 ** (count - 1)
         sizes, chosen = sorted(memory for _, memory in every), set[tuple[str, ...]]()
-        for limit in sizes[::30]:
+        for limit in dict.fromkeys(sizes):
             found = closest(searches, limit)
             assert found is not None
             search, trial = found
@@ -316,8 +333,66 @@ def test_of_several_kinds_of_blocks_the_best_of_all_trials_is_found() -> None:
             error_of = {c.kept: c.error for c in search.levels[trial.height].choices}
             best = min(error for error, memory in every if memory <= limit)
             assert error_of[trial.kept] == best and trial.memory <= limit
-        assert chosen == {("astc-4x4",), ("astc-6x6",)}
+            assert trial.memory == search.pack(trial.height, trial.kept)
+        assert len(chosen) > 1
         assert closest(searches, sizes[0] - 1) is None
+
+
+def test_what_searches_share_is_what_each_finds_alone() -> None:
+    with Workers(2) as workers:
+        context = BuildContext.silent(workers)
+        frames, keys = flames(7), {"alpha": "premultiplied"}
+        together = all_searches(frames, context, gpu=SEVEN[2:6:2] + SEVEN[5:], **keys)
+        assert len(together) == 3
+        for search in together:
+            search.add([40, 30])
+            gpu = search.atlas_for((0,)).gpu
+            alone = search_of(frames, context, gpu=gpu, **keys)
+            alone.add([30, 40])
+            assert search.levels.keys() == alone.levels.keys()
+            for height, level in alone.levels.items():
+                assert level.choices == search.levels[height].choices
+            for limit in (2000, 6000, 20000, 60000):
+                one, other = search.best(limit), alone.best(limit)
+                assert (one and one._replace(blocks=())) == other
+            assert other is not None
+
+
+@pytest.mark.parametrize(
+    "keys",
+    [
+        {}, {"trim": "animation"}, {"dedupe": False}, {"max_pages": 3, "max_size": 64},
+        {"layout": "grid"}, {"gpu": ("astc-6x6.ktx2",)}, {"rotate": True, "square": True},
+    ],
+    ids=str,
+)  # fmt: skip
+def test_choices_with_equal_cells_take_equal_pages(keys: dict[str, Any]) -> None:
+    """Of two animations that have frames in common."""
+    frames, count = flames(9), 6
+    animations = {
+        "first": FinishedAnimation(frames[:count], 24, True),
+        "second": FinishedAnimation(frames[3:], 24, True),
+    }
+    atlas = Atlas(**{"max_pages": 1, "alpha": "premultiplied", **keys})
+    source: Mapping[str, Any] = {"source": {"path": "clip"}}
+    recipe = Recipe.model_validate(source).model_copy(update={"atlas": atlas})
+    kept = [(0, *others) for n in range(count) for others in combinations(range(1, count), n)]
+    units = PackingUnits.of(atlas)
+    pages: dict[Any, set[Any]] = {}
+    for choice, cells in zip(
+        kept, cells_of(list(animations.values()), kept, atlas, units), strict=True
+    ):
+        left = {
+            name: replace(animation, frames=[animation.frames[i] for i in choice])
+            for name, animation in animations.items()
+        }
+        sheet = packed(recipe, left)
+        taken = () if sheet is None else tuple((page.width, page.height) for page in sheet.pages)
+        pages.setdefault(cells, set()).add(taken)
+        if len(taken) == 1:
+            assert cells.least_page(units.rules) * units.px**2 <= taken[0][0] * taken[0][1]
+    assert all(len(taken) == 1 for taken in pages.values())
+    assert "gpu" not in keys or len(pages) < len(kept)
 
 
 @pytest.mark.parametrize("blocks", ["bc7", "astc-6x6"])

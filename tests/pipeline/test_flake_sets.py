@@ -14,6 +14,7 @@ from fire_atlas.core.shipped import shipped
 from fire_atlas.effect.flakes.tracks import Tracks
 from fire_atlas.formats.atlas.texture_packer import read_atlas
 from fire_atlas.formats.tracks.tracks_json import read_tracks
+from fire_atlas.recipe.effect import MAX_VARIANTS
 from tests.support.repo import contents
 from tests.support.wind import SILK
 
@@ -65,6 +66,27 @@ def test_the_flame_is_drawn_once_and_the_first_set_is_that_of_a_recipe_without(
         assert (several / file).read_bytes() == (alone / file).read_bytes()
     names = {path.name for path in several.iterdir()} - {path.name for path in alone.iterdir()}
     assert names == {"fire.v1.flakes.json", "fire.v2.flakes.json"}
+
+
+def test_the_figures_are_those_of_all_sets(tmp_path: Path) -> None:
+    folder = built(tmp_path / "several", CLIP)
+    figures = json.loads((folder / "fire.manifest.json").read_text())["statistics"]["flakes"]
+    sets = [read(path) for path in folder.glob("*.flakes.json")]
+    alive = [len(rows) for tracks in sets for rows in tracks.frames]
+    assert figures["sets"] == 3
+    assert figures["born"] == sum(len(tracks.spawns) for tracks in sets)
+    assert figures["alive_mean"] == round(float(np.mean(alive)), 2)
+    assert figures["alive_most"] == max(alive)
+
+
+def test_engines_know_how_many_sets_there_may_be(tmp_path: Path) -> None:
+    folder = built(tmp_path, {**CLIP, "exports": ["godot", "unity"]})
+    range_of_sets = f"(-1, {MAX_VARIANTS - 1})"
+    texts = [path.read_text() for path in folder.rglob("*") if path.suffix in (".gd", ".cs")]
+    assert any(f"@export_range{range_of_sets} var flake_set" in text for text in texts)
+    assert any(f"Range(-1, {MAX_VARIANTS - 1}), Tooltip(" in text for text in texts)
+    assert any(f"randi() % {MAX_VARIANTS}" in text for text in texts)
+    assert any(f"Range(0, {MAX_VARIANTS})" in text for text in texts)
 
 
 def test_another_set_has_the_flakes_of_the_fire_with_another_seed(tmp_path: Path) -> None:

@@ -106,6 +106,8 @@ LONG = {
 }  # fmt: skip
 
 
+# Each kind once, and one of them sooner too: kinds and moments are tried apart, as each case takes
+# seconds.
 @pytest.mark.parametrize(("kind", "after"), [("simulation", 1.0), *((kind, 2.0) for kind in LONG)])
 def test_long_builds_end_soon_and_leave_no_folder(repo: Repo, kind: str, after: float) -> None:
     source, keys = LONG[kind]

@@ -246,6 +246,51 @@ def advice(path: Path, *overrides: str) -> list[str]:
             "waits for flakes to burn out, but flakes is none; remove one of them",
         ),
         (
+            "timeline: {tail: true}\nflakes: {rate: 0}",
+            "2: timeline.tail",
+            "waits for flakes to burn out, but flakes.rate is 0; remove one of them",
+        ),
+        (
+            "wind: {level: 2}\nflakes: {max: 0}",
+            "2: wind",
+            "has no flakes to carry: flakes.max is 0; remove one of them",
+        ),
+        (
+            "flakes: {rate: 0, bake: false, variants: 2}",
+            "2: flakes.variants",
+            "asks for flakes, but flakes.rate is 0; remove one of them",
+        ),
+        (
+            "flakes:\n  class: gas\n  bake: false\n  variants: 2",
+            "5: flakes.variants",
+            "asks for flakes, but flakes.class is gas, which sheds none; remove one of them",
+        ),
+        (
+            "flakes: {max: 0, bursts: 1}",
+            "2: flakes.bursts",
+            "asks for flakes, but flakes.max is 0; remove one of them",
+        ),
+        (
+            "flakes: {rate: 0, sparks: 0.5}",
+            "2: flakes.sparks",
+            "asks for flakes, but flakes.rate is 0; remove one of them",
+        ),
+        (
+            "flakes: {rate: 0, bake: false, rounds: 3}",
+            "2: flakes.rounds",
+            "asks for flakes, but flakes.rate is 0; remove one of them",
+        ),
+        (
+            "flakes: {rate: 0, texture: ember.png}",
+            "2: flakes.texture",
+            "asks for flakes, but flakes.rate is 0; remove one of them",
+        ),
+        (
+            "flakes: {rate: 0}\nmaps: {flakes: true}",
+            "3: maps.flakes",
+            "draws the flakes alone, but flakes.rate is 0; remove one of them",
+        ),
+        (
             "flakes: {rounds: 3}",
             "2: flakes.rounds",
             "the pages show the flakes of one round of the loop; use auto, or flakes.bake: false "

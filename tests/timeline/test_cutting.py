@@ -65,6 +65,7 @@ def test_a_length_near_the_period_is_exactly_as_long_as_the_recipe_says() -> Non
 def test_a_clip_that_closes_can_be_cut_to_any_length() -> None:
     """Where the best piece of it begins near its end as well."""
     clip = circling(24, 24)
+    # Every length up to that of the clip; beyond it, where it is played on, every third.
     for frames in (*range(4, 25), *range(27, 49, 3)):
         loop = arranged(clip, frames=frames)
         assert loop.loop and loop.count == frames

@@ -18,7 +18,8 @@ from fire_atlas.core.shipped import shipped
 from fire_atlas.core.workers import Workers
 from fire_atlas.pipeline.animation.contribute import contribute
 from fire_atlas.pipeline.animation.contribution import Contribution
-from fire_atlas.pipeline.fit.fit import FitSearch, fit
+from fire_atlas.pipeline.fit.fit import fit
+from fire_atlas.pipeline.fit.search import FitSearch
 from fire_atlas.pipeline.input.check import CheckedRecipe, load_checked
 from fire_atlas.pipeline.input.open import open_input, open_ramps, open_texture
 from fire_atlas.pipeline.pages.content import PageContent

@@ -8,6 +8,7 @@ from fire_atlas.effect.flakes.drawing import HALO_LIGHT, HALO_WIDTH, SPRITE_INTE
 from fire_atlas.engines.godot.names import IMPORT_ENDING, UID_ENDING, number, quoted, real, uid_of
 from fire_atlas.formats.product import Product
 from fire_atlas.formats.templates.jinja import rendered
+from fire_atlas.recipe.effect import MAX_VARIANTS
 
 
 def resource(template: str, name: str, product: Product, **context: Any) -> OutputFile:
@@ -36,10 +37,12 @@ def image_uid(product: Product, file: str) -> str:
 
 
 def rendered_text(template: str, **context: Any) -> str:
-    """Return a rendered template; all know how embers are drawn, as several draw them."""
+    """Return a rendered template; all know how embers are drawn and how many sets
+    of them there may be, as several draw them."""
     embers = {
         "halo_light": HALO_LIGHT,
         "halo_width": HALO_WIDTH,
         "flake_integral": 4 * SPRITE_INTEGRAL,
+        "most_sets": MAX_VARIANTS,
     }
     return rendered(f"godot/{template}.j2", (number, real, quoted), **embers, **context)

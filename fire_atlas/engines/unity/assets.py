@@ -22,6 +22,7 @@ from fire_atlas.engines.unity.names import (
     TABLE_ENDING,
 )
 from fire_atlas.formats.templates.jinja import rendered
+from fire_atlas.recipe.effect import MAX_VARIANTS
 
 _PLAIN_SCALAR = re.compile(r"[A-Za-z_][\w./@+-]*( [\w./@+-]+)*", re.ASCII)
 """Text that needs no quotes in YAML."""
@@ -113,7 +114,9 @@ class ComponentNames:
 def player_text(names: ComponentNames, file: str) -> str:
     """Return the script that plays flakes of a file, as its messages name it."""
     halo = {"halo_light": HALO_LIGHT, "halo_width": HALO_WIDTH}
-    return rendered("unity/player.cs.j2", (), **asdict(names), file=file, **halo)
+    return rendered(
+        "unity/player.cs.j2", (), **asdict(names), file=file, most_sets=MAX_VARIANTS, **halo
+    )
 
 
 def heat_player_text(names: ComponentNames) -> str:

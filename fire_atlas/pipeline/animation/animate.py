@@ -147,7 +147,7 @@ def add_flakes(
             analysis = analyse(clip, study, recipe.without_flakes(), context)
     if recipe.flakes != "none":
         tracks = tuple(_flown(view, flights, analysis, shape, context))
-        _note_flakes_left(clip, tracks[0], recipe.timeline.loop, context)
+        _note_flakes_left(clip, tracks, recipe.timeline.loop, context)
         clip, tracks = without_dark_end(clip, tracks)
     is_drawn = isinstance(recipe.source, FramesSource) and (
         is_flat_art(clip) or ends_at_outlines(clip)
@@ -209,13 +209,14 @@ def finish(recipe: Recipe, simulated: SimulatedClip, context: BuildContext) -> F
     )
 
 
-def _note_flakes_left(clip: Clip, tracks: Tracks, loop: str, context: BuildContext) -> None:
-    """Note how many flakes still glow in the last frame of a clip that plays once."""
+def _note_flakes_left(clip: Clip, sets: Sequence[Tracks], loop: str, context: BuildContext) -> None:
+    """Note how many flakes, of the set with most, still glow in the last frame of a clip that plays
+    once."""
     if (
         loop == "auto"
         and not clip.loop
         and not clip.tail
-        and (left := visible_count(tracks.frames[-1]))
+        and (left := max(visible_count(tracks.frames[-1]) for tracks in sets))
     ):
         context.progress.note(
             f"flakes in the last frame: {left}; timeline.tail: true lets them burn out"
@@ -232,13 +233,13 @@ def _statistics(recipe: Recipe, clip: Clip, sets: Sequence[Tracks]) -> dict[str,
     if clip.hue_error is not None:
         statistics["blended"] = {"hue_error": round(clip.hue_error, 2)}
     if sets:
-        first = sets[0]
-        alive = [len(rows) for rows in first.frames]
+        alive = [len(rows) for tracks in sets for rows in tracks.frames]
         statistics["flakes"] = {
-            "born": len(np.unique(np.concatenate(first.flights))),
+            "born": sum(len(np.unique(np.concatenate(tracks.flights))) for tracks in sets),
             "alive_mean": round(float(np.mean(alive)), 2),
             "alive_most": max(alive),
-            "rounds": first.rounds,
+            "rounds": sets[0].rounds,
+            **({"sets": len(sets)} if len(sets) > 1 else {}),
         }
         flakes = recipe.flakes
         if flakes != "none" and flakes.fire_class != "auto":

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from fire_atlas.atlas.deep import as_bytes
-from fire_atlas.atlas.gpu import mip_levels
+from fire_atlas.atlas.gpu import is_srgb, mip_levels
 from fire_atlas.core.context import BuildContext
 from fire_atlas.core.pixels import Bytes
 from fire_atlas.core.workers import Workers
@@ -108,9 +108,7 @@ def _content(image: Image, atlas: Atlas) -> Content:
 
 
 def _is_srgb(image: Image, atlas: Atlas) -> bool:
-    """Return whether a GPU decodes colours from sRGB as it samples them: clients that blend in sRGB
-    sample them as they are stored."""
-    return atlas.blend_space == "linear" and not image.is_data
+    return is_srgb(atlas) and not image.is_data
 
 
 def note_texture_errors(

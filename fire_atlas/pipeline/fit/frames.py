@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.atlas.encode import encode_sprite
-from fire_atlas.atlas.gpu import light_of
+from fire_atlas.atlas.gpu import is_srgb, light_of
 from fire_atlas.atlas.sheet import Sprite
 from fire_atlas.core.pixels import Bytes, hex_to_linear
 from fire_atlas.core.workers import Workers
@@ -94,9 +94,9 @@ def as_textures(
     from fire_atlas.formats.textures.encode import encode_images
 
     images = [sprite.image for sprites in heights for sprite in sprites]
-    is_srgb = atlas.blend_space == "linear"
+    srgb = is_srgb(atlas)
     encoded = encode_images(
-        images, [FORMATS[name] for name in blocks], is_srgb, workers, quality="draft",
+        images, [FORMATS[name] for name in blocks], srgb, workers, quality="draft",
         content="straight" if atlas.alpha == "straight" else "premultiplied",
     )  # fmt: skip
     for name, data in zip(blocks, encoded, strict=True):
@@ -106,7 +106,7 @@ def as_textures(
             image, blocks_of_image = of
             height, width = image.shape[:2]
             whole = -(-width // side) * side, -(-height // side) * side
-            pixels = decode_whole(blocks_of_image, *whole, FORMATS[name], is_srgb)
+            pixels = decode_whole(blocks_of_image, *whole, FORMATS[name], srgb)
             return pixels[:height, :width]
 
         shown = workers.map(decoded, zip(images, data, strict=True))

@@ -51,11 +51,15 @@ def selections(errors: NDArray[np.float64], most: int, *, is_even: bool) -> list
         }
     elif not is_even:
         found |= set(_best_of_each_number(spans, most))
-    made = [
-        Selection(float(spans[kept, (*kept[1:], count)].sum()), kept)
-        for kept in found
-        if len(kept) <= most
-    ]
+    of_each_number: dict[int, list[tuple[int, ...]]] = {}
+    for kept in found:
+        of_each_number.setdefault(len(kept), []).append(kept)
+    made = list[Selection]()
+    for number, choices in of_each_number.items():
+        if number <= most:
+            first = np.array(choices)
+            end = np.hstack([first[:, 1:], np.full((len(first), 1), count)])
+            made += map(Selection, spans[first, end].sum(axis=1).tolist(), choices)
     return sorted(made, key=lambda choice: (choice.error, len(choice.kept), choice.kept))
 
 

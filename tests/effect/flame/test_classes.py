@@ -15,7 +15,7 @@ from fire_atlas.core.workers import Workers
 from fire_atlas.effect.flakes.defaults import CLASSES, STYLES
 from fire_atlas.effect.flame.study import study_flame
 from fire_atlas.pipeline.animation.classify import classify
-from fire_atlas.recipe.effect import Flakes
+from fire_atlas.recipe.effect import WITHOUT_FLAKES, Flakes
 from fire_atlas.recipe.models import Recipe
 from tests.support.clips import clip_of, open_clip, real
 from tests.support.effect import context_of, recipe_of, run_effect
@@ -259,3 +259,7 @@ def test_the_class_does_not_depend_on_resolution_rate_or_direction() -> None:
     slower = replace(clip, fps=12.0)
     found = {flakes_of(each).fire_class for each in (clip, halved, mirrored, slower)}
     assert found == {"campfire"}
+
+
+def test_recipes_know_which_classes_shed_no_flakes() -> None:
+    assert {name for name, burns in CLASSES.items() if burns.rate == 0} == WITHOUT_FLAKES

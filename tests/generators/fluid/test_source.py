@@ -172,7 +172,7 @@ def test_a_loop_has_no_seam(keys: dict[str, Any], level: float) -> None:
     assert steps[0] <= 1.25 * max(around, float(np.median(steps)))
 
 
-def test_a_muzzle_flash_is_a_star_for_a_moment_and_then_a_puff() -> None:
+def test_a_muzzle_flash_shines_for_a_moment_with_lobes_beside_its_jet_and_leaves_smoke() -> None:
     keys = {"fire": "muzzle_flash", "resolution": 32, "width": 112, "height": 80}
     source = FluidSource.model_validate(SMALL | keys)
     scene = build_scene(source, GenerationSettings(0, Wind(), 14, 40.0, True, Views()))
@@ -219,6 +219,21 @@ def test_what_leaves_the_frame_fades_before_its_side_and_is_noted(
     assert main(["build", str(recipe), "-o", str(tmp_path / "out")]) == 0
     said = " ".join(capsys.readouterr().err.split())
     assert "the fire leaves the frame at its" in said and side in said
+    assert ("fuel_rate or lift, or" in said) == (side == "top")
+
+
+def test_of_gas_at_the_lower_edge_no_lift_is_advised(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A ball of fire in the air: with four times the lift it reaches as far down."""
+    source = SMALL | {"fire": "fireball", "radius": 0.3}
+    recipe = tmp_path / "fire.yaml"
+    recipe.write_text(json.dumps(
+        {"source": source, "timeline": {"frames": 10, "fps": 24}, "flakes": "none"}
+    ))  # fmt: skip
+    assert main(["build", str(recipe), "-o", str(tmp_path / "out")]) == 0
+    said = " ".join(capsys.readouterr().err.split())
+    assert "lower edge; use less source.radius or fuel_rate, or another aspect" in said
 
 
 @pytest.mark.parametrize("name", ["campfire", "steam", "explosion"])

@@ -86,6 +86,8 @@ def test_under_a_sustained_force_the_fire_sways_less_and_less() -> None:
     assert (np.diff(gain[start:]) <= 1e-9).all() and gain[-1] < 0.45
 
 
+# Each ready recipe as it is shipped, and with one other seed: how a loop closes depends on both
+# alone, and each build takes seconds.
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("preset", "seed"),

@@ -224,6 +224,8 @@ def test_seeds_from_a_clip_give_as_many_images_as_are_asked_for(clips: Path) -> 
     assert min(steps) > 0.01 and steps[-1] < 2 * np.median(steps)
 
 
+# One clip with two seeds, as chance decides what is synthesised; others, filmed and simulated, with
+# one.
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "seeds", "seed"),
