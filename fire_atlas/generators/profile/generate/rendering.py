@@ -121,7 +121,8 @@ class ProfileRendering:
             seen = as_plane(cv2.resize(seen, size, interpolation=cv2.INTER_AREA))
         # Cubic interpolation overshoots at edges.
         np.clip(seen, 0, 1, out=seen)
-        np.minimum(seen[..., :3], seen[..., 3:], out=seen[..., :3])
+        for channel in range(3):  # numpy is slow along a short axis
+            np.minimum(seen[..., channel], seen[..., 3], out=seen[..., channel])
         bright = brightness(as_plane(seen), "srgb")
         return as_plane(self.cloud.colours.applied(as_plane(seen), bright))
 
@@ -134,7 +135,7 @@ class ProfileRendering:
         the sum of the clip's own motion, carried by the particles, and of the sway and the lean."""
         grid, settings, pose = self.fire.profile.grid, self.fire.settings, self.pose(index)
         places, at = self._places(pose, 1), pose.axis.at
-        heights, across = np.broadcast_arrays(places.heights, places.across)
+        heights, across = places.heights, places.across
         columns, rows = self._on_grid(pose, places)
         moves = self._grid_flow(self._masks(index)) * np.float32(self.fire.time_rate(index))
         seen = sample_at(moves, (columns + 0.5) / FLOW_CELL - 0.5, (rows + 0.5) / FLOW_CELL - 0.5)
