@@ -241,7 +241,8 @@ def cached(picture: Callable[[int], Picture], made: Container[int]) -> Callable[
         if cropped.part.nbytes <= free[0]:
             free[0] -= cropped.part.nbytes
             kept[i] = cropped
-        elif free_compressed[0] > 0:
+            return cropped.whole() if cropped.part is frame else frame
+        if free_compressed[0] > 0:
             data = zlib_ng.compress(cropped.part.tobytes(), 1)
             if len(data) <= free_compressed[0]:
                 free_compressed[0] -= len(data)

@@ -111,9 +111,12 @@ class CroppedPicture:
 
     @classmethod
     def of(cls, picture: Picture) -> Self:
-        """Crop a picture."""
+        """Crop a picture; a part that is all of it is the picture itself."""
         rows, columns = where_held(picture)
-        return cls(picture[rows, columns].copy(), rows.start, columns.start, picture.shape)
+        part = picture[rows, columns]
+        is_whole = part.shape == picture.shape
+        part = picture if is_whole else part.copy()
+        return cls(part, rows.start, columns.start, picture.shape)
 
     def whole(self, *, copy: bool = True) -> Picture:
         """Return the whole picture, black and transparent around its part; without ``copy`` a part

@@ -54,6 +54,9 @@ def test_what_is_read_may_be_changed(computed: Counter[int]) -> None:
         read(i)
         read(i)[:] = 0
         assert read(i).any()
+    whole = cached(lambda _: np.ones(SIZE, np.float32), range(1))
+    whole(0)[:] = 0
+    assert whole(0).all()
 
 
 def test_frames_that_are_cheap_are_not_kept(computed: Counter[int]) -> None:
