@@ -3,14 +3,14 @@
 from collections.abc import Callable, Container, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from zlib_ng import zlib_ng
 
 from fire_atlas.core.camera import Camera
-from fire_atlas.core.picture import Picture, as_light, brightness_of
+from fire_atlas.core.picture import CroppedPicture, Picture, as_light, brightness_of
 from fire_atlas.core.pixels import Pixels, Plane
 
 Values = NDArray[np.float64]
@@ -215,32 +215,39 @@ def cached(picture: Callable[[int], Picture], made: Container[int]) -> Callable[
     """Return ``picture`` with a cache: frames are expensive to compute and read several times.
 
     The first computed frames are kept, up to ``CACHE_BYTES`` in all; the next ones compressed, up
-    to ``COMPRESSED_BYTES``: a dozen ms are less than most fire takes to be drawn again. Callers get
-    copies of them. Threads that read a frame at the same time may each compute it.
+    to ``COMPRESSED_BYTES``: a dozen ms are less than most fire takes to be drawn again. Of each
+    only what is not empty is kept. Callers get copies of them. Threads that read a frame at the
+    same time may each compute it.
 
     Args:
         picture: Returns frame i, like ``Clip.picture``.
         made: Numbers of the computed frames. Others are cheap to read again and not kept.
     """
-    kept: dict[int, Picture] = {}
-    compressed: dict[int, tuple[bytes, np.dtype[Any], tuple[int, ...]]] = {}
+    kept: dict[int, CroppedPicture] = {}
+    compressed: dict[int, tuple[bytes, CroppedPicture]] = {}
     free, free_compressed = [CACHE_BYTES], [COMPRESSED_BYTES]
 
     def read(i: int) -> Picture:
         if (known := kept.get(i)) is not None:
-            return known.copy()
+            return known.whole()
         if (packed := compressed.get(i)) is not None:
-            data, dtype, shape = packed
-            return np.frombuffer(bytearray(zlib_ng.decompress(data)), dtype).reshape(shape)
+            data, without = packed
+            part = np.frombuffer(zlib_ng.decompress(data), without.part.dtype)
+            return replace(without, part=part.reshape(without.part.shape)).whole()
         frame = picture(i)
-        if i in made and frame.nbytes <= free[0]:
-            free[0] -= frame.nbytes
-            kept[i] = frame.copy()
-        elif i in made and free_compressed[0] > 0:
-            data = zlib_ng.compress(frame.tobytes(), 1)
+        if i not in made:
+            return frame
+        cropped = CroppedPicture.of(frame)
+        if cropped.part.nbytes <= free[0]:
+            free[0] -= cropped.part.nbytes
+            kept[i] = cropped
+            return cropped.whole() if cropped.part is frame else frame
+        if free_compressed[0] > 0:
+            data = zlib_ng.compress(cropped.part.tobytes(), 1)
             if len(data) <= free_compressed[0]:
                 free_compressed[0] -= len(data)
-                compressed[i] = data, frame.dtype, frame.shape
+                nothing = np.broadcast_to(cropped.part.dtype.type(0), cropped.part.shape)
+                compressed[i] = data, replace(cropped, part=nothing)
         return frame
 
     return read

@@ -1,7 +1,8 @@
 """Decoded frames in the number format of their file, and their conversion to linear light."""
 
+from dataclasses import dataclass
 from functools import cache
-from typing import Any, cast
+from typing import Any, Self, cast
 
 import cv2
 import numpy as np
@@ -77,6 +78,55 @@ def where_covered(picture: Picture) -> tuple[slice, slice]:
         coverage if coverage.dtype == np.uint8 else (coverage > 0).view(np.uint8)
     )
     return slice(top, top + height), slice(left, left + width)
+
+
+def where_held(picture: Picture) -> tuple[slice, slice]:
+    """Return the rows and columns of a box outside of which a picture is empty: transparent, or of
+    float pixels, which may glow where they are transparent, 0."""
+    height, width, channels = picture.shape
+    if picture.dtype.kind == "u":
+        return where_covered(picture) if channels == 4 else (slice(0, height), slice(0, width))
+    bits = np.ascontiguousarray(picture).view(np.uint32).reshape(height, -1)
+    rows = np.flatnonzero(np.bitwise_or.reduce(bits, axis=1))
+    columns = np.flatnonzero(np.bitwise_or.reduce(bits, axis=0)) // channels
+    if not rows.size:
+        return slice(0, 0), slice(0, 0)
+    return slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
+
+
+@dataclass(frozen=True, slots=True)
+class CroppedPicture:
+    """A picture cropped to what is not empty of it, to save memory.
+
+    Attributes:
+        part: That part of it.
+        top, left: Place of the part in the picture, px.
+        shape: Shape of the picture.
+    """
+
+    part: Picture
+    top: int
+    left: int
+    shape: tuple[int, ...]
+
+    @classmethod
+    def of(cls, picture: Picture) -> Self:
+        """Crop a picture; a part that is all of it is the picture itself."""
+        rows, columns = where_held(picture)
+        part = picture[rows, columns]
+        is_whole = part.shape == picture.shape
+        part = picture if is_whole else part.copy()
+        return cls(part, rows.start, columns.start, picture.shape)
+
+    def whole(self, *, copy: bool = True) -> Picture:
+        """Return the whole picture, black and transparent around its part; without ``copy`` a part
+        that is all of it is returned as it is."""
+        if not copy and self.part.shape == self.shape:
+            return self.part
+        whole = np.zeros(self.shape, self.part.dtype)
+        height, width = self.part.shape[:2]
+        whole[self.top : self.top + height, self.left : self.left + width] = self.part
+        return whole
 
 
 def to_light(picture: Picture) -> Pixels:

@@ -16,6 +16,7 @@ from fire_atlas.core.picture import (
     light_of_unit,
     srgb_unit,
     to_light,
+    where_held,
     white,
     with_alpha,
 )
@@ -231,14 +232,18 @@ def luminance_of_light(pixels: Pixels, blend_space: str, black: BlackLevel = TRU
 
     Light above 1 stays as it is, whatever the level of ``black``.
     """
-    light = [as_plane(plane) for plane in cv2.split(pixels)[:3]]
+    found, part = np.zeros((*pixels.shape[:2], 4), np.float32), where_held(pixels)
+    if not pixels[part].size:
+        return found
+    light = [as_plane(plane) for plane in cv2.split(pixels[part])[:3]]
     coded = black.taken_off([encode_unit(plane) for plane in light])
     if max(black.level) > 0:
         light = [
             np.where(plane > 1, plane, light_of_unit(code))
             for plane, code in zip(light, coded, strict=True)
         ]
-    return _by_luminance(coded, light, blend_space, black.noise_above + _ROUNDING)
+    found[part] = _by_luminance(coded, light, blend_space, black.noise_above + _ROUNDING)
+    return found
 
 
 def _by_luminance(

@@ -9,10 +9,8 @@ from collections.abc import Callable, Generator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-import numpy as np
-
 from fire_atlas.core.errors import SourceError
-from fire_atlas.core.picture import Picture, where_covered
+from fire_atlas.core.picture import CroppedPicture, Picture
 from fire_atlas.core.progress import Progress, SilentProgress
 from fire_atlas.core.workers import Workers
 from fire_atlas.core.workload import MAX_PIXELS
@@ -126,53 +124,18 @@ def cached(reader: FrameReader) -> FrameReader:
     It holds ``CACHE_BYTES``. Frames are read several times: to choose the matte (where alpha comes
     from), to analyse the clip and to draw it.
     """
-    kept: dict[int, _CachedPicture] = {}
+    kept: dict[int, CroppedPicture] = {}
     room = [CACHE_BYTES]
 
     def read(i: int) -> Picture:
         known = kept.get(i)
         if known is not None:
-            return known.picture()
+            return known.whole(copy=False)
         picture = reader.read(i)
-        cached_picture = _CachedPicture.of(picture)
-        if cached_picture.part.nbytes <= room[0]:
-            room[0] -= cached_picture.part.nbytes
-            kept[i] = cached_picture
+        cropped = CroppedPicture.of(picture)
+        if cropped.part.nbytes <= room[0]:
+            room[0] -= cropped.part.nbytes
+            kept[i] = cropped
         return picture
 
     return replace(reader, read=read)
-
-
-@dataclass(frozen=True, slots=True)
-class _CachedPicture:
-    """A picture cropped to its visible part to save memory.
-
-    Pictures without alpha, and float pictures (which may glow where alpha is 0), are kept whole.
-
-    Attributes:
-        part: The visible part.
-        top, left: Place of the part in the picture, px.
-        shape: Shape of the picture.
-    """
-
-    part: Picture
-    top: int
-    left: int
-    shape: tuple[int, ...]
-
-    @classmethod
-    def of(cls, picture: Picture) -> "_CachedPicture":
-        is_integer = picture.dtype.kind == "u"
-        if picture.shape[2] < 4 or not is_integer:
-            return cls(picture, 0, 0, picture.shape)
-        part = where_covered(picture)
-        return cls(picture[part].copy(), part[0].start, part[1].start, picture.shape)
-
-    def picture(self) -> Picture:
-        """Return the whole picture; pixels of the border are black."""
-        if self.part.shape == self.shape:
-            return self.part
-        whole = np.zeros(self.shape, self.part.dtype)
-        height, width = self.part.shape[:2]
-        whole[self.top : self.top + height, self.left : self.left + width] = self.part
-        return whole

@@ -15,8 +15,8 @@ BYTES = 40 * 30 * 4 * 4
 
 @pytest.fixture
 def computed(monkeypatch: pytest.MonkeyPatch) -> Counter[int]:
-    """How often each frame was computed; there is room for two frames, and for some compressed."""
-    monkeypatch.setattr(clip, "CACHE_BYTES", 2 * BYTES + 100)
+    """How often each was computed; there is room for two, and for some that are compressed."""
+    monkeypatch.setattr(clip, "CACHE_BYTES", BYTES + 100)
     monkeypatch.setattr(clip, "COMPRESSED_BYTES", 7 * BYTES // 4)
     return Counter()
 
@@ -39,12 +39,24 @@ def test_frames_are_computed_once_while_there_is_room(computed: Counter[int]) ->
     assert kept == [0, 1, 2, 3, 4]  # two as they are, three that take about half as much
 
 
+@pytest.mark.parametrize("place", [(0, 0, 3), (39, 29, 0), (17, 0, 1), (0, 12, 2)])
+def test_a_frame_is_whole_however_little_is_in_it(place: tuple[int, int, int]) -> None:
+    dot = np.zeros(SIZE, np.float32)
+    for light in (0.0, 1e-30):  # none; light that is dim, and perhaps without coverage
+        dot[place] = light
+        read = cached(lambda _: dot.copy(), range(1))
+        assert np.array_equal(read(0), dot) and np.array_equal(read(0), dot)
+
+
 def test_what_is_read_may_be_changed(computed: Counter[int]) -> None:
     read = cached(lambda i: frame(i, computed), range(8))
     for i in (1, 3):
         read(i)
         read(i)[:] = 0
         assert read(i).any()
+    whole = cached(lambda _: np.ones(SIZE, np.float32), range(1))
+    whole(0)[:] = 0
+    assert whole(0).all()
 
 
 def test_frames_that_are_cheap_are_not_kept(computed: Counter[int]) -> None:

@@ -48,6 +48,15 @@ def test_every_png_mode_decodes_as_pillow_does(mode: str, tmp_path: Path) -> Non
     np.testing.assert_array_equal(decoded(tmp_path / "a.png"), wanted)
 
 
+def test_pixels_that_are_too_many_to_inflate_at_once_are_the_same(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "noise.png"
+    Image.fromarray(NOISE).save(path)
+    monkeypatch.setattr("fire_atlas.sources.png._MOST_INFLATED", 100)
+    assert np.array_equal(decoded(path), NOISE)
+
+
 @pytest.mark.parametrize("mode", ["L", "RGB", "P"])
 def test_a_colour_marked_transparent_is_transparent(mode: str, tmp_path: Path) -> None:
     image = Image.fromarray(NOISE).convert(mode)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.camera import Camera
 from fire_atlas.core.chance import RandomStream, generator
+from fire_atlas.core.clip import Window
 from fire_atlas.core.easing import smooth_step
 from fire_atlas.core.pixels import Plane, as_plane
 from fire_atlas.generators.silk.glow import blurred
@@ -143,10 +144,13 @@ class PictureBuffers:
         cracks = as_plane(char * hot * seams)
         return cls(opaque, _CHAR_COVER * char, colour, cracks, as_plane(2 * patches), scale)
 
-    def shows(self, sample: NDArray[np.intp], depth: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return how much is seen, 0..1, of flame at ``depth``, heights, in each ``sample``."""
+    def shows(
+        self, window: Window, sample: NDArray[np.intp], depth: NDArray[np.float32]
+    ) -> NDArray[np.float32]:
+        """Return how much is seen, 0..1, of flame at ``depth``, heights, in each ``sample`` of a
+        window."""
         hidden = smooth_step(depth / np.float32(CONTACT))
-        return np.asarray(1 - hidden * self.opaque.ravel()[sample], np.float32)
+        return np.asarray(1 - hidden * self.opaque[window.slices].ravel()[sample], np.float32)
 
     def lit_by(self, flame: NDArray[np.float32], hearth: Hearth) -> NDArray[np.float32]:
         """Return the light (height, width, 3) of the picture: of its cracks, and what it throws

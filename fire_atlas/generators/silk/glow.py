@@ -1,6 +1,7 @@
 """Glow of bright light on what is around it, as hazy air and the glass of a lens scatter it."""
 
 import math
+from functools import reduce
 
 import cv2
 import numpy as np
@@ -38,7 +39,7 @@ def scattered(
     width = light.shape[1]
     margin = math.ceil(_REACH * max(_SPREADS) * scale) if tiles else 0
     around = between_copies(light, margin)
-    glow = np.sum([blurred(around, spread * scale) for spread in _SPREADS], axis=0)
+    glow = reduce(np.add, (blurred(around, spread * scale) for spread in _SPREADS))
     glow = glow[:, margin : margin + width]
     rows, columns = (edge_fade(length, _EDGE * scale) for length in light.shape[:2])
     columns = np.ones_like(columns) if tiles else columns

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.camera import Camera
 from fire_atlas.core.chance import RandomStream, generator
+from fire_atlas.core.clip import Window
 from fire_atlas.core.easing import smooth_step
 from fire_atlas.core.pixels import Plane
 from fire_atlas.generators.silk.intruders import IntruderBody
@@ -144,41 +145,48 @@ class IntruderBuffers:
         """Whether no intruder is visible."""
         return self.coverage.size == 0
 
-    def shows(self, sample: NDArray[np.intp], depth: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return how much is seen, 0..1, of flame at ``depth`` in each ``sample``: none of what is
-        behind an intruder, and little of what touches it."""
-        before = self.position[..., 2].ravel()[sample] - depth
+    def shows(
+        self, window: Window, sample: NDArray[np.intp], depth: NDArray[np.float32]
+    ) -> NDArray[np.float32]:
+        """Return how much is seen, 0..1, of flame at ``depth`` in each ``sample`` of a window: none
+        of what is behind an intruder, and little of what touches it."""
+        before = self.position[window.slices][..., 2].ravel()[sample] - depth
         hidden = 1 - smooth_step(before / np.float32(CONTACT))
-        return np.asarray(1 - hidden * self.coverage.ravel()[sample], np.float32)
+        return np.asarray(1 - hidden * self.coverage[window.slices].ravel()[sample], np.float32)
+
+    def covered(self) -> tuple[NDArray[np.intp], ...]:
+        """Return rows and columns (n,) of the samples that an intruder covers, if only in part."""
+        return np.nonzero(self.coverage)
 
     def lit_by(
-        self, lights: Sequence[tuple[NDArray[np.float64], Points]], camera: Camera
+        self,
+        covered: tuple[NDArray[np.intp], ...],
+        lights: Sequence[tuple[NDArray[np.float64], Points]],
+        camera: Camera,
     ) -> NDArray[np.float32]:
-        """Return the light (height, width, 3) of the intruders: their own, that of the sky, and
-        that of flames.
+        """Return the light (n, 3) of the intruders where they cover samples: their own, that of the
+        sky, and that of flames.
 
         Args:
+            covered: As from ``covered``.
             lights: Of each flame its light (3,), in heights², and the place (3,) that it comes
                 from.
             camera: That they were drawn for.
         """
-        covered = np.nonzero(self.coverage)
-        light = self.glow.copy()
-        if not covered[0].size:
-            return light
-        faces_up = 0.5 + 0.5 * (self.normal[covered] @ camera.view_of(_UP))
+        normal, position = self.normal[covered], self.position[covered]
+        faces_up = 0.5 + 0.5 * (normal @ camera.view_of(_UP))
         received = np.repeat(_SKY * faces_up[:, None], 3, axis=1)
         for total, centre in lights:
-            to_light = centre - self.position[covered]
+            to_light = centre - position
             square = (to_light * to_light).sum(axis=1)
-            cosine = np.einsum("nd,nd->n", self.normal[covered], to_light)
+            cosine = np.einsum("nd,nd->n", normal, to_light)
             cosine /= np.maximum(np.sqrt(square), 1e-6)
             # A flame is large: it also lights surfaces that face slightly away from its centre.
             facing = np.maximum(cosine + 0.35, 0) / 1.35
             shade = facing * _LIGHT_SOFTENING / (square + _LIGHT_SOFTENING)
             received += total * _LIGHT_GAIN * shade[:, None]
-        light[covered] += (self.colour[covered] * received).astype(np.float32)
-        return light * self.coverage[..., None]
+        light = self.glow[covered] + (self.colour[covered] * received).astype(np.float32)
+        return np.asarray(light * self.coverage[covered][:, None], np.float32)
 
 
 def draw_intruders(
@@ -213,9 +221,13 @@ def surface_depth(
     the frame, px; infinite where none is."""
     nearest = np.full(len(x), np.inf)
     for i, body in enumerate(bodies):
-        if body.visible:
-            seen = _SeenBody.of(body, i, body.ends(time), camera)
-            nearest = np.minimum(nearest, seen.cast(x, y)[0].depth)
+        ends = body.ends(time)
+        low, high = _corners(body, ends, camera, 1)
+        inside = (x >= low[0]) & (x <= high[0]) & (y >= low[1]) & (y <= high[1])
+        if body.visible and inside.any():
+            seen = _SeenBody.of(body, i, ends, camera)
+            depth = seen.cast(x[inside], y[inside])[0].depth
+            nearest[inside] = np.minimum(nearest[inside], depth)
     return nearest
 
 
@@ -251,16 +263,25 @@ def _box(
     size: tuple[int, ...],
 ) -> tuple[slice, slice] | None:
     """Return rows and columns of the samples that a body may cover; None if it covers none."""
-    seen = camera.project(np.stack(ends))
-    nearest = camera.magnification(seen[:, 2] - body.radius)
-    radius = (body.radius * camera.scale * nearest * samples)[:, None]
-    low = np.floor((seen[:, :2] * samples - radius).min(axis=0)).astype(int) - 1
-    high = np.ceil((seen[:, :2] * samples + radius).max(axis=0)).astype(int) + 1
+    low, high = _corners(body, ends, camera, samples)
     left, top = max(int(low[0]), 0), max(int(low[1]), 0)
     right, bottom = min(int(high[0]), size[1]), min(int(high[1]), size[0])
     if left >= right or top >= bottom:
         return None
     return slice(top, bottom), slice(left, right)
+
+
+def _corners(
+    body: IntruderBody, ends: tuple[Points, Points], camera: Camera, samples: int
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return the corners (x, y) of a box, samples, outside of which a body is not seen, also beyond
+    the frame."""
+    seen = camera.project(np.stack(ends))
+    nearest = camera.magnification(seen[:, 2] - body.radius)
+    radius = (body.radius * camera.scale * nearest * samples)[:, None]
+    low = np.floor((seen[:, :2] * samples - radius).min(axis=0)).astype(int) - 1
+    high = np.ceil((seen[:, :2] * samples + radius).max(axis=0)).astype(int) + 1
+    return low, high
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fire_atlas.core.clip import Window
 from fire_atlas.core.pixels import as_plane
 from fire_atlas.vision.warp import sample_at
 
@@ -57,7 +58,7 @@ class Fragments:
     """Pixels covered by triangles: one entry for each pixel middle in each triangle.
 
     Attributes:
-        pixel: (n,) index of the pixel, row by row.
+        pixel: (n,) index of the pixel in the window, row by row.
         attributes: (n, k) float32, interpolated from the triangle's corners.
     """
 
@@ -65,17 +66,19 @@ class Fragments:
     attributes: NDArray[np.float32]
 
 
-def rasterise(triangles: Triangles, width: int, height: int, *, tiles: bool = False) -> Fragments:
-    """Find every pixel of a ``width`` by ``height`` target whose middle lies in a triangle.
+def rasterise(triangles: Triangles, window: Window, *, tiles: bool = False) -> Fragments:
+    """Find every pixel in a ``window`` of the target whose middle lies in a triangle.
 
     A middle on an edge that two triangles share belongs to exactly one of them. What lies beyond a
-    side of a target that ``tiles`` is found at the other.
+    side of a target that ``tiles``, of which the window has all columns, is found at the other.
     """
+    width = window.right - window.left
     order = np.argsort(triangles.position[:, :, 1], axis=1, kind="stable")[..., None]
     corner = np.take_along_axis(triangles.position, order, axis=1)
     value = np.take_along_axis(triangles.attributes, order, axis=1)
     first, last = (
-        np.clip(np.ceil(corner[:, k, 1] - 0.5), 0, height).astype(np.intp) for k in (0, 2)
+        np.clip(np.ceil(corner[:, k, 1] - 0.5), window.top, window.bottom).astype(np.intp)
+        for k in (0, 2)
     )
     twice_area = _twice_the_area(corner)
     seen = (np.abs(twice_area) > 1e-9) & (last > first)
@@ -86,7 +89,7 @@ def rasterise(triangles: Triangles, width: int, height: int, *, tiles: bool = Fa
     owner, row = _runs(first, last - first)
     at = row.astype(np.float64) + 0.5
     long, short = _crossings(corner, owner, at)
-    sides = (-np.inf, np.inf) if tiles else (0, width)
+    sides = (-np.inf, np.inf) if tiles else (window.left, window.right)
     left = np.clip(np.ceil(np.minimum(long, short) - 0.5), *sides).astype(np.intp)
     right = np.clip(np.ceil(np.maximum(long, short) - 0.5), *sides).astype(np.intp)
     filled = right > left
@@ -98,21 +101,25 @@ def rasterise(triangles: Triangles, width: int, height: int, *, tiles: bool = Fa
     over, down = left + 0.5 - corner[owner, 0, 0], at - corner[owner, 0, 1]
     begin, slope = np.empty((2, value.shape[2], len(owner)), np.float32)
     for k in range(value.shape[2]):
-        slope[k] = along = dx[:, k][owner]
-        begin[k] = value[:, 0, k][owner] + along * over + dy[:, k][owner] * down
-    end = np.cumsum(right - left)
+        slope[k] = rise = dx[:, k][owner]
+        begin[k] = value[:, 0, k][owner] + rise * over + dy[:, k][owner] * down
+    count = right - left
+    begins = (row - window.top) * width - window.left
+    end = np.cumsum(count)
     total = int(end[-1]) if len(end) else 0
     pixel, attributes = np.empty(total, np.intp), np.empty((value.shape[2], total), np.float32)
     cuts = np.searchsorted(end, np.arange(_BLOCK, total + _BLOCK, _BLOCK)) + 1
     start = 0
     for spans in (slice(*pair) for pair in pairwise([0, *cuts])):
-        span, column = _runs(left[spans], (right - left)[spans])
-        here = slice(start, start := start + len(span))
-        step = (column - left[spans][span]).astype(np.float32)
-        pixel[here] = row[spans][span] * width + (column % width if tiles else column)
+        of = count[spans]
+        step = _steps(of)
+        here = slice(start, start := start + len(step))
+        column = np.repeat(left[spans], of) + step
+        pixel[here] = np.repeat(begins[spans], of) + (column % width if tiles else column)
+        along = step.astype(np.float32)
         for k, attribute in enumerate(attributes[:, here]):
-            np.multiply(slope[k, spans][span], step, out=attribute)
-            attribute += begin[k, spans][span]
+            np.multiply(np.repeat(slope[k, spans], of), along, out=attribute)
+            attribute += np.repeat(begin[k, spans], of)
     return Fragments(pixel, attributes.T)
 
 
@@ -120,9 +127,13 @@ def _runs(
     first: NDArray[np.intp], count: NDArray[np.intp]
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Concatenate runs of ``count`` integers from ``first``; return run index and value of each."""
-    run = np.repeat(np.arange(len(first)), count)
-    begin = np.cumsum(count) - count
-    return run, np.arange(len(run)) + (first - begin)[run]
+    return np.repeat(np.arange(len(first)), count), np.repeat(first, count) + _steps(count)
+
+
+def _steps(count: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Concatenate runs of ``count`` integers from 0."""
+    end = np.cumsum(count)
+    return np.arange(end[-1] if len(end) else 0) - np.repeat(end - count, count)
 
 
 def _crossings(
@@ -180,9 +191,10 @@ def sample_texture(
 
 
 def accumulate(
-    pixel: NDArray[np.intp], light: NDArray[np.float32], width: int, height: int
+    pixel: NDArray[np.intp], light: NDArray[np.float32], window: Window
 ) -> NDArray[np.float32]:
-    """Return the sum of ``light`` (c, n) on each pixel: (height, width, c)."""
+    """Return the sum of ``light`` (c, n) on each pixel of a window: (height, width, c)."""
+    height, width = window.bottom - window.top, window.right - window.left
     target = np.empty((height * width, len(light)), np.float32)
     for c, channel in enumerate(light):
         target[:, c] = np.bincount(pixel, weights=channel, minlength=height * width)

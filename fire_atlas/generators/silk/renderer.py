@@ -4,14 +4,14 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import reduce
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.camera import Camera
-from fire_atlas.core.clip import Clip, FrontSurface, Values
+from fire_atlas.core.clip import Clip, FrontSurface, Values, Window
 from fire_atlas.core.dither import dithered
 from fire_atlas.core.easing import edge_fade, smooth_step
 from fire_atlas.core.picture import brightest
@@ -102,18 +102,28 @@ class SilkFrame:
     light: NDArray[np.float32]
     coverage: Plane
 
+    @classmethod
+    def of(
+        cls, light: NDArray[np.float32], coverage: Plane, window: Window, camera: Camera
+    ) -> Self:
+        """Return the frame of which this is a window, dark and bare around it."""
+        size = camera.width, camera.height
+        return cls(_on_black(light, window, size), _on_black(coverage, window, size))
+
 
 @dataclass(frozen=True, slots=True)
 class _SeenLight:
     """What a camera sees, sample by sample, before it is exposed.
 
     Attributes:
+        window: The pixels whose samples are held; all others are dark and bare.
         flame: (h, w, 3) light of the flames.
         solid: (h, w, 3) light of what stands in them, as it is seen through them.
         glow: (h, w, 3) light of the flames that hazy air scatters.
         coverage: (h, w) 0..1, of what stands in them.
     """
 
+    window: Window
     flame: NDArray[np.float32]
     solid: NDArray[np.float32]
     glow: NDArray[np.float32]
@@ -125,7 +135,7 @@ class _FlameFragments:
     """Samples of a picture in which a sheet is seen.
 
     Attributes:
-        pixel: (n,) index of the sample, row by row.
+        pixel: (n,) index of the sample in the window that is drawn, row by row.
         light: (3, n) light that the flame sheds there.
         thickness: (n,) optical depth of its flame and soot.
         dimming: (3, n) or (3, 1) how much an optical depth in front dims its red, green and blue.
@@ -167,17 +177,17 @@ class SilkRenderer:
         """Draw frame ``i`` as seen by ``camera``. In a loop, frame ``frames`` equals frame 0."""
         seen = self._seen(i, camera)
         light = seen.flame + seen.solid + seen.glow
-        coverage = _averaged(seen.coverage, camera)
-        shown = expose(_averaged(light, camera))
+        coverage = self._averaged(seen.coverage)
+        shown = expose(self._averaged(light))
         # At an edge samples are exposed one by one, or a bright one would hide its neighbours.
         edge = (coverage > 0) & (coverage < 1)
         if edge.any():
-            shown[edge] = _averaged(expose(light), camera)[edge]
+            shown[edge] = self._averaged(expose(light))[edge]
         if self.glow:
             more = as_plane(brightest(seen.glow) - brightest(light) / 2)
-            glows = _averaged(more, camera) > 0
+            glows = self._averaged(more) > 0
             shown = np.where(glows[..., None], dithered(shown), shown)
-        return SilkFrame(shown, coverage)
+        return SilkFrame.of(shown, coverage, seen.window, camera)
 
     def solids(self, i: int, camera: Camera) -> SilkFrame:
         """Draw what stands in the fire in frame ``i``, in the flames' light and seen through them,
@@ -187,11 +197,11 @@ class SilkRenderer:
             return SilkFrame(np.repeat(bare[..., None], 3, axis=2), bare)
         seen = self._seen(i, camera)
         light = expose(seen.solid + seen.glow) * seen.coverage[..., None]
-        coverage = _averaged(seen.coverage, camera)
-        shown = _averaged(light, camera)
+        coverage = self._averaged(seen.coverage)
+        shown = self._averaged(light)
         whole = coverage >= 1
-        shown[whole] = expose(_averaged(seen.solid + seen.glow, camera))[whole]
-        return SilkFrame(shown, coverage)
+        shown[whole] = expose(self._averaged(seen.solid + seen.glow))[whole]
+        return SilkFrame.of(shown, coverage, seen.window, camera)
 
     def solid_cover(self, i: int, camera: Camera) -> Plane:
         """Return the coverage (height, width) of what stands in the fire in frame ``i``."""
@@ -199,7 +209,12 @@ class SilkRenderer:
         coverage = intruder_coverage(intruders, time, camera, self.samples)
         for picture in self._seen_pictures(camera):
             coverage = np.maximum(coverage, picture.coverage)
-        return _averaged(coverage, camera)
+        return self._averaged(coverage)
+
+    def _averaged(self, sampled: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return the mean of the samples of each pixel: (height, width, ...)."""
+        size = sampled.shape[1] // self.samples, sampled.shape[0] // self.samples
+        return as_plane(cv2.resize(sampled, size, interpolation=cv2.INTER_AREA))
 
     def _seen_pictures(self, camera: Camera) -> list[PictureBuffers]:
         seen = (picture.seen_by(camera, self.samples) for picture in self.pictures)
@@ -207,61 +222,95 @@ class SilkRenderer:
 
     def _seen(self, i: int, camera: Camera) -> _SeenLight:
         """Return what ``camera`` sees of the flames and of what stands in them in frame ``i``."""
-        width, height = camera.width * self.samples, camera.height * self.samples
+        intruders = self._seen_intruders(i, camera)
+        pictures = self._seen_pictures(camera)
+        window = self._window(i, camera)
+        light, passed = self._flames(i, camera, window, intruders)
+        if intruders.is_empty and not pictures and not self.glow:
+            dark = np.zeros_like(light)
+            return _SeenLight(window, light, dark, dark, dark[..., 0])
+        size = camera.width * self.samples, camera.height * self.samples
+        light = _on_black(light, self._sampled(window), size)
+        glow = np.zeros_like(light)
+        if self.glow:
+            scale = camera.scale * self.samples
+            glow = scattered(light, scale, self.glow, tiles=camera.tiles)
+        solid, coverage = np.zeros_like(light), np.zeros_like(light[..., 0])
+        unhidden = np.ones((*light.shape[:2], 1), np.float32)
+        unhidden[self._sampled(window).slices] = passed
+        for picture in pictures:
+            solid += picture.lit_by(light, self._hearth(i)) * unhidden
+            coverage = np.maximum(coverage, picture.coverage)
+        if not intruders.is_empty:
+            total = light.sum(axis=(0, 1), dtype=np.float64) / (camera.scale * self.samples) ** 2
+            lights = [(total * share, place) for share, place in self._fires(i, camera)]
+            covered = intruders.covered()
+            bodies = intruders.lit_by(covered, lights, camera) * unhidden[covered]
+            solid[covered] = solid[covered] * (1 - intruders.coverage[covered][:, None]) + bodies
+            coverage = np.maximum(coverage, intruders.coverage)
+        whole = Window(0, 0, camera.width, camera.height)
+        return _SeenLight(whole, light, solid, glow, coverage)
+
+    def _seen_intruders(self, i: int, camera: Camera) -> IntruderBuffers:
         time = i / self.scene.fps
-        intruders = draw_intruders(
-            self.scene.intruders, time, camera, self.samples, self._hearth(i)
+        return draw_intruders(self.scene.intruders, time, camera, self.samples, self._hearth(i))
+
+    def _window(self, i: int, camera: Camera) -> Window:
+        """Return the pixels, at least one, that sheets may cover in frame ``i``."""
+        nodes = camera.project(np.asarray(self.recording.x[i], np.float64)).reshape(-1, 3)[:, :2]
+        size = np.array([camera.width, camera.height])
+        first = np.clip(np.floor(nodes.min(axis=0)), 0, size - 1)
+        end = np.clip(np.ceil(nodes.max(axis=0)), first + 1, size)
+        (left, top), (right, bottom) = first.astype(int).tolist(), end.astype(int).tolist()
+        return (
+            Window(0, top, camera.width, bottom)
+            if camera.tiles
+            else Window(left, top, right, bottom)
         )
+
+    def _sampled(self, window: Window) -> Window:
+        """Return the samples of a window's pixels."""
+        return Window(*(edge * self.samples for edge in window))
+
+    def _flames(
+        self, i: int, camera: Camera, window: Window, intruders: IntruderBuffers
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Return the light (h, w, 3) of the flames in the samples of a window, and the share of
+        light (h, w, 1) that passes all of them."""
+        target = self._sampled(window)
+        width, height = target.right - target.left, target.bottom - target.top
         light = np.zeros((height, width, 3), np.float32)
         medium = raster.Medium(height * width)
         batches = self._batches()
         kept: list[_FlameFragments] = []  # the first ones; others are drawn anew
         room = _MOST_KEPT
         for sheets in batches:
-            flame = self._flame(i, sheets, camera, intruders)
+            flame = self._flame(i, sheets, camera, target, intruders)
             medium.add(flame.pixel, flame.depth, flame.thickness)
             room -= len(flame.pixel)
             if room >= 0:
                 kept.append(flame)
         before = medium.before()
         for n, sheets in enumerate(batches):
-            flame = kept[n] if n < len(kept) else self._flame(i, sheets, camera, intruders)
+            flame = kept[n] if n < len(kept) else self._flame(i, sheets, camera, target, intruders)
             shown = before.let_through(
                 flame.light, flame.pixel, flame.depth, flame.thickness, flame.dimming
             )
-            light += raster.accumulate(flame.pixel, shown, width, height)
-        glow = np.zeros_like(light)
-        if self.glow:
-            scale = camera.scale * self.samples
-            glow = scattered(light, scale, self.glow, tiles=camera.tiles)
-        solid, coverage = np.zeros_like(light), np.zeros_like(light[..., 0])
-        pictures = self._seen_pictures(camera)
-        if intruders.is_empty and not pictures:
-            return _SeenLight(light, solid, glow, coverage)
-        passed = np.exp(-medium.thickness).astype(np.float32).reshape(height, width, 1)
-        for picture in pictures:
-            solid += picture.lit_by(light, self._hearth(i)) * passed
-            coverage = np.maximum(coverage, picture.coverage)
-        if not intruders.is_empty:
-            total = light.sum(axis=(0, 1), dtype=np.float64) / (camera.scale * self.samples) ** 2
-            lights = [(total * share, place) for share, place in self._fires(i, camera)]
-            bodies = intruders.lit_by(lights, camera) * passed
-            solid = solid * (1 - intruders.coverage[..., None]) + bodies
-            coverage = np.maximum(coverage, intruders.coverage)
-        return _SeenLight(light, solid, glow, coverage)
+            light += raster.accumulate(flame.pixel, shown, target)
+        return light, np.exp(-medium.thickness).astype(np.float32).reshape(height, width, 1)
 
     def soot(self, i: int, camera: Camera) -> Plane:
         """Return the share of light (height, width), 0..1, that soot keeps back in frame ``i``: of
         an optical depth τ of all sheets, 1 − exp(−τ)."""
-        width, height = camera.width * self.samples, camera.height * self.samples
-        intruders = draw_intruders(
-            self.scene.intruders, i / self.scene.fps, camera, self.samples, self._hearth(i)
-        )
-        thickness = np.zeros((height, width, 1), np.float32)
+        intruders, window = self._seen_intruders(i, camera), self._window(i, camera)
+        target = self._sampled(window)
+        size = target.right - target.left, target.bottom - target.top
+        thickness = np.zeros((*size[::-1], 1), np.float32)
         for sheets in self._batches():
-            flame = self._flame(i, sheets, camera, intruders)
-            thickness += raster.accumulate(flame.pixel, flame.thickness[None], width, height)
-        return _averaged(-np.expm1(-thickness[..., 0]), camera)
+            flame = self._flame(i, sheets, camera, target, intruders)
+            thickness += raster.accumulate(flame.pixel, flame.thickness[None], target)
+        kept_back = self._averaged(-np.expm1(-thickness[..., 0]))
+        return _on_black(kept_back, window, (camera.width, camera.height))
 
     def front_surface(self, i: int, camera: Camera) -> FrontSurface:
         """Return the front of the fire and of what is in it in frame ``i``."""
@@ -296,8 +345,8 @@ class SilkRenderer:
         It is the velocity of the sheets plus that of the fire on them, averaged by brightness over
         overlapping sheets; 0 where nothing burns.
         """
-        width, height = camera.width, camera.height
-        total = np.zeros((height, width, 3), np.float32)
+        window = self._window(i, camera)
+        total = np.zeros((window.bottom - window.top, window.right - window.left, 3), np.float32)
         for sheets in self._batches():
             projected, opacity = self.project_nodes(i, sheets, camera)
             opacity = opacity * self.density(i, sheets)
@@ -306,26 +355,28 @@ class SilkRenderer:
                 np.asarray(state[i, sheets], np.float64)
                 for state in (self.recording.x, self.recording.v)
             )
-            velocity = camera.project_velocities(x, v)
+            carried = camera.project_velocities(x, v)
             texel = self.textures.texel_grid(sheets, *position.shape[1:3])
             # Displacement in the frame per texel, along the texture's x and y.
             along, down = np.gradient(position, axis=2), np.gradient(position, axis=1)
             steps = np.gradient(texel[..., 0], axis=2), np.gradient(texel[..., 1], axis=1)
             tangents = along / steps[0][..., None], down / steps[1][..., None]
-            attributes = np.concatenate([texel, opacity[..., None], velocity, *tangents], axis=-1)
+            attributes = np.concatenate([texel, opacity[..., None], carried, *tangents], axis=-1)
             texture = self.textures.motion(i, sheets)
             triangles = cull_dark(raster.mesh_triangles(position, attributes), texture[..., :1])
-            fragments = raster.rasterise(triangles, width, height, tiles=camera.tiles)
+            fragments = raster.rasterise(triangles, window, tiles=camera.tiles)
             luminance, right, down = raster.sample_texture(texture, fragments.attributes).T
             _, _, opacity, *a = fragments.attributes.T
             moved = np.stack([a[k] + a[2 + k] * right + a[4 + k] * down for k in range(2)])
             weight = luminance * opacity
             total += raster.accumulate(
-                fragments.pixel, np.stack([weight, *(moved * weight)]), width, height
+                fragments.pixel, np.stack([weight, *(moved * weight)]), window
             )
         weight = total[..., :1]
-        still = np.zeros((height, width, 2), np.float32)
-        return np.asarray(np.divide(total[..., 1:], weight, out=still, where=weight > _MAX_DARK))
+        velocity = np.zeros((camera.height, camera.width, 2), np.float32)
+        moving = velocity[window.slices]
+        np.divide(total[..., 1:], weight, out=moving, where=weight > _MAX_DARK)
+        return velocity
 
     def fire_depth(self, i: int, camera: Camera, x: Values, y: Values, share: Values) -> Values:
         """Return the depth (n,), heights, of the sheets behind places x, y (n,) px in frame ``i``:
@@ -375,8 +426,8 @@ class SilkRenderer:
         attributes = np.concatenate([texel, opacity[..., None], projected[..., 2:]], axis=-1)
         triangles = raster.mesh_triangles(projected[..., :2], attributes)
         triangles = cull_dark(triangles, texture[..., :3])
-        size = camera.width, camera.height
-        seen = raster.rasterise(triangles, *size, tiles=camera.tiles)
+        whole = Window(0, 0, camera.width, camera.height)
+        seen = raster.rasterise(triangles, whole, tiles=camera.tiles)
         light = brightest(raster.sample_texture(texture, seen.attributes)) * seen.attributes[:, 2]
         is_bright = light > _MAX_DARK
         return seen.pixel[is_bright], light[is_bright], seen.attributes[is_bright, 3]
@@ -417,10 +468,14 @@ class SilkRenderer:
         return [slice(n, min(n + _BATCH, sheets)) for n in range(0, sheets, _BATCH)]
 
     def _flame(
-        self, i: int, sheets: slice, camera: Camera, intruders: IntruderBuffers
+        self,
+        i: int,
+        sheets: slice,
+        camera: Camera,
+        target: Window,
+        intruders: IntruderBuffers,
     ) -> _FlameFragments:
-        """Return what ``sheets`` add to the samples of a picture."""
-        width, height = camera.width * self.samples, camera.height * self.samples
+        """Return what ``sheets`` add to the samples of a window of the picture."""
         texture = self.textures.light(i, sheets)
         projected, opacity = self.project_nodes(i, sheets, camera)
         texel = self.textures.texel_grid(sheets, *opacity.shape[1:3])
@@ -430,16 +485,18 @@ class SilkRenderer:
         attributes = np.concatenate([texel, shown, hiding, projected[..., 2:]], axis=-1)
         triangles = raster.mesh_triangles(projected[..., :2] * self.samples, attributes)
         lit = cull_dark(triangles, texture)
-        fragments = raster.rasterise(lit, width, height, tiles=camera.tiles)
+        fragments = raster.rasterise(lit, target, tiles=camera.tiles)
         found = raster.sample_texture(texture, fragments.attributes).T * fragments.attributes.T[2:6]
         depth = fragments.attributes[:, 6]
         if not camera.tiles:
-            alive = edge_fade(width, _SIDE_FADE * camera.scale * self.samples) ** 2
-            found *= alive[fragments.pixel % width]
+            scale = camera.scale * self.samples
+            alive = edge_fade(camera.width * self.samples, _SIDE_FADE * scale) ** 2
+            columns = alive[target.left : target.right]
+            found *= columns[fragments.pixel % len(columns)]
         if not intruders.is_empty:
-            found *= intruders.shows(fragments.pixel, depth)
+            found *= intruders.shows(target, fragments.pixel, depth)
         for picture in self._seen_pictures(camera):
-            found *= picture.shows(fragments.pixel, depth)
+            found *= picture.shows(target, fragments.pixel, depth)
         dimming = self.textures.dimming(sheets, fragments.attributes[:, 1])
         return _FlameFragments(fragments.pixel, found[:3], found[3], dimming, depth.copy())
 
@@ -486,10 +543,16 @@ def _least_facing(x: NDArray[np.float64], camera: Camera) -> NDArray[np.float64]
     return np.asarray(np.maximum(np.maximum(least, -most), 0.0))
 
 
-def _averaged(samples: NDArray[np.float32], camera: Camera) -> NDArray[np.float32]:
-    """Return the mean of the samples of each pixel: (height, width, ...)."""
-    size = camera.width, camera.height
-    return as_plane(cv2.resize(samples, size, interpolation=cv2.INTER_AREA))
+def _on_black(
+    plane: NDArray[np.float32], window: Window, size: tuple[int, int]
+) -> NDArray[np.float32]:
+    """Return a picture of a ``size`` (width, height) that is 0 but in its window, where it is
+    ``plane`` (h, w, ...)."""
+    if plane.shape[:2] == size[::-1]:
+        return plane
+    whole = np.zeros((*size[::-1], *plane.shape[2:]), np.float32)
+    whole[window.slices] = plane
+    return whole
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fire_atlas.core.clip import Window
 from fire_atlas.generators.silk.burning_picture import BurningPicture
 from fire_atlas.generators.silk.intruder_drawing import Hearth
 from fire_atlas.generators.silk.renderer import SilkRenderer, generate_silk
@@ -85,10 +86,11 @@ def test_it_throws_back_the_light_of_flames_near_it_in_its_colours() -> None:
 
 def test_flames_behind_it_are_hidden_by_it_and_seen_over_it() -> None:
     eye = camera(**KEYS)
-    shown, free = (
-        made._seen(1, eye).flame.max(axis=2)
-        for made in (burning(), replace(burning(), pictures=()))
-    )
+    shown, free = np.zeros((2, 2 * SIDE, 2 * SIDE), np.float32)
+    for samples, made in ((shown, burning()), (free, replace(burning(), pictures=()))):
+        seen = made._seen(1, eye)
+        window = Window(*(2 * edge for edge in seen.window))
+        samples[window.slices] = seen.flame.max(axis=2)
     inside = np.s_[2 * TOP + 4 : 2 * BOTTOM - 4, 2 * LEFT + 4 : 2 * RIGHT - 4]
     assert shown[inside].sum() < 0.85 * free[inside].sum()
     above = np.s_[: 2 * TOP - 2]

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from fire_atlas.core.clip import Window
 from fire_atlas.core.pixels import encode_bytes
 from fire_atlas.generators.silk import raster
 from fire_atlas.generators.silk.colour import expose, unexposed
@@ -35,7 +36,7 @@ def test_triangles_that_share_edges_cover_every_sample_once() -> None:
         x = 16.5 + u * np.cos(turn) - v * np.sin(turn)
         y = 16.5 + u * np.sin(turn) + v * np.cos(turn)
         mesh = np.stack([x, y], axis=-1)[None]
-        covered = raster.rasterise(raster.mesh_triangles(mesh, mesh), 33, 33)
+        covered = raster.rasterise(raster.mesh_triangles(mesh, mesh), Window(0, 0, 33, 33))
         count = np.bincount(covered.pixel, minlength=33 * 33)
         assert count.max() == 1
         row, column = np.divmod(np.arange(33 * 33), 33)
@@ -335,10 +336,19 @@ def test_each_of_two_fires_lights_from_its_own_place() -> None:
     assert lit[1] == pytest.approx(lit[0], rel=0.15)
 
 
+def lit_by(
+    lights: list[tuple[NDArray[np.float64], NDArray[np.float64]]], drawn: IntruderBuffers
+) -> NDArray[np.float32]:
+    """Return the light (height, width, 3) of what was drawn, black around it."""
+    light, covered = np.zeros_like(drawn.glow), drawn.covered()
+    light[covered] = drawn.lit_by(covered, lights, camera())
+    return light
+
+
 def test_where_no_fire_is_the_sky_lights_what_faces_up() -> None:
     """A sphere is lit by half as much at its middle, which faces the camera, as at its top."""
     drawn = drawn_alone(shape="sphere", at=[0, 0, 0.2], radius=0.1, strength=0)
-    light = drawn.lit_by([], camera())[:, 64, 0] / np.maximum(drawn.colour[:, 64, 0], 1e-6)
+    light = lit_by([], drawn)[:, 64, 0] / np.maximum(drawn.colour[:, 64, 0], 1e-6)
     rows = np.flatnonzero(drawn.coverage[:, 64] == 1)
     light = light[rows]
     assert (np.diff(light) <= 1e-4).all()
@@ -351,7 +361,7 @@ def test_the_flame_lights_wax_from_within() -> None:
 
     def side(shape: str) -> NDArray[np.float32]:
         drawn = drawn_alone(shape=shape, at=[0, 0, -0.2], tilt=90, radius=0.1, length=0.5)
-        lit = drawn.lit_by([(np.ones(3), np.array([0.0, -0.3, 0.0]))], camera()) - drawn.glow
+        lit = lit_by([(np.ones(3), np.array([0.0, -0.3, 0.0]))], drawn) - drawn.glow
         rows = np.flatnonzero(drawn.coverage[:, 64])
         below_rim = rows[2 * len(rows) // 5 :]
         return np.asarray((lit / np.maximum(drawn.colour, 1e-6))[below_rim, 64, 0])

@@ -14,6 +14,7 @@ from PIL import Image
 
 from fire_atlas.cli import main
 from fire_atlas.core.camera import Camera
+from fire_atlas.core.clip import Window
 from fire_atlas.effect.flakes.tracks import by_column
 from fire_atlas.formats.tracks.tracks_json import read_tracks
 from fire_atlas.generators.silk.glow import scattered
@@ -90,7 +91,7 @@ def test_what_a_triangle_covers_beyond_a_side_is_found_at_the_other() -> None:
     rows, columns = np.mgrid[0:2, 0:2].astype(float)
     corners = np.stack([26 + 8 * columns, 3 + 4 * rows], axis=-1)[None]
     triangles = mesh_triangles(corners, corners)
-    found = rasterise(triangles, 30, 10, tiles=True)
+    found = rasterise(triangles, Window(0, 0, 30, 10), tiles=True)
     covered = np.bincount(found.pixel, minlength=300).reshape(10, 30)
     wanted = np.zeros((10, 30), int)
     wanted[3:7, 26:] = wanted[3:7, :4] = 1

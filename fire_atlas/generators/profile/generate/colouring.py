@@ -149,14 +149,16 @@ class TableColours:
         x, y = np.meshgrid(across, down)
         current = self.current.at(x, y)
         learnt = current if self.learnt is self.current else self.learnt.at(x, y)
-        alpha = pixels[..., 3:]
-        light = luminance(pixels)[..., None] / np.maximum(luminance(learnt)[..., None], _LEAST)
-        own = pixels[..., :3] * (current / np.maximum(learnt, np.float32(_LEAST)))
-        share = np.float32(_TABLE_SHARE)
-        colours = own * (1 - share) + current * light * share
-        gain = sample_table(self.coverage_gain, x, y)[..., None]
-        coverage = np.clip(alpha * gain, 0, 1)
-        return np.concatenate([np.clip(colours * gain, 0, coverage), coverage], axis=-1)
+        light = luminance(pixels) / np.maximum(luminance(learnt), _LEAST)
+        share, gain = np.float32(_TABLE_SHARE), sample_table(self.coverage_gain, x, y)
+        coloured = np.empty(pixels.shape, np.float32)
+        coverage = np.clip(pixels[..., 3] * gain, 0, 1, out=coloured[..., 3])
+        for channel in range(3):  # numpy is slow along a short axis
+            now, before = current[..., channel], learnt[..., channel]
+            own = pixels[..., channel] * (now / np.maximum(before, np.float32(_LEAST)))
+            colour = own * (1 - share) + now * light * share
+            np.clip(colour * gain, 0, coverage, out=coloured[..., channel])
+        return coloured
 
 
 def _mixed(shares: Sequence[float], tables: Sequence[_Array]) -> _Array:

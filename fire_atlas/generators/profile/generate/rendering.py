@@ -121,7 +121,8 @@ class ProfileRendering:
             seen = as_plane(cv2.resize(seen, size, interpolation=cv2.INTER_AREA))
         # Cubic interpolation overshoots at edges.
         np.clip(seen, 0, 1, out=seen)
-        np.minimum(seen[..., :3], seen[..., 3:], out=seen[..., :3])
+        for channel in range(3):  # numpy is slow along a short axis
+            np.minimum(seen[..., channel], seen[..., 3], out=seen[..., channel])
         bright = brightness(as_plane(seen), "srgb")
         return as_plane(self.cloud.colours.applied(as_plane(seen), bright))
 
@@ -134,7 +135,7 @@ class ProfileRendering:
         the sum of the clip's own motion, carried by the particles, and of the sway and the lean."""
         grid, settings, pose = self.fire.profile.grid, self.fire.settings, self.pose(index)
         places, at = self._places(pose, 1), pose.axis.at
-        heights, across = np.broadcast_arrays(places.heights, places.across)
+        heights, across = places.heights, places.across
         columns, rows = self._on_grid(pose, places)
         moves = self._grid_flow(self._masks(index)) * np.float32(self.fire.time_rate(index))
         seen = sample_at(moves, (columns + 0.5) / FLOW_CELL - 0.5, (rows + 0.5) / FLOW_CELL - 0.5)
@@ -173,7 +174,7 @@ class ProfileRendering:
         """Return the depth at which fire burns behind places in a level view, px: evenly in a round
         column, of which the view at a right angle shows middle and width; see ``FireInDepth``."""
         camera = self.camera
-        side = self.seen_by(replace(camera, azimuth=camera.azimuth + math.pi / 2))
+        side = self._from_the_right()
         pose, behind = self.pose(index), side.pose(index)
         right, up = (x - camera.origin[0]) / camera.scale, (camera.origin[1] - y) / camera.scale
         shown, across = pose.axis.straightened(right, up)
@@ -193,13 +194,19 @@ class ProfileRendering:
     def front_surface(self, index: int) -> FrontSurface:
         """Return the front of the fire in frame ``index``: the column of ``fire_depth``."""
         camera = self.camera
-        side = self.seen_by(replace(camera, azimuth=camera.azimuth + math.pi / 2))
+        side = self._from_the_right()
         pose, behind = self.pose(index), side.pose(index)
         heights, half, middle = self._outline(pose)
         _, deep, _ = side._outline(behind)
         taper = np.asarray(self.taper(np.clip(heights, 0, 1)), np.float64)
         column = Column(half, middle, deep, np.maximum(taper, 0))
         return column_front(column, pose.axis, self._places(pose, 1), camera)
+
+    def _from_the_right(self) -> "ProfileRendering":
+        """Return the same fire at a right angle, of which only poses and outlines are asked."""
+        camera = replace(self.camera, azimuth=self.camera.azimuth + math.pi / 2)
+        half = half_width(self.fire.base_curve, camera.azimuth)
+        return replace(self, camera=camera, half_width=half * self.fire.profile.front.half_width)
 
     def smoke(self, index: int) -> Plane:
         """Return the share of light (height, width) that smoke keeps back: none."""

@@ -30,11 +30,11 @@ class ShadeTable:
         """Return the pixels of brightness ranks (rows, columns), 0 dimmest to 1 brightest."""
         place = rank.ravel() * np.float32(self.levels - 1)
         lower = np.minimum(place.astype(np.int32), self.levels - 2)
-        share = (place - lower)[:, None]
         start = lower * rank.size + np.arange(rank.size, dtype=np.int32)
-        dim = np.take(self.shades, start, axis=0)
-        bright = np.take(self.shades, start + rank.size, axis=0)
-        dim += (bright - dim) * share
+        # Four channels as one value of 128 bits are copied much faster.
+        shades = self.shades.view(np.complex128).reshape(-1)
+        dim, bright = (shades.take(at).view(np.float32) for at in (start, start + rank.size))
+        dim += (bright - dim) * np.repeat(place - lower, 4)
         return dim.reshape(*rank.shape, 4)
 
 
