@@ -16,6 +16,7 @@ from fire_atlas.core.workers import Workers
 from fire_atlas.generators.fluid.recording import record
 from fire_atlas.generators.fluid.renderer import EDGE, FluidView, fluid_camera
 from fire_atlas.generators.fluid.scene import build_scene
+from fire_atlas.generators.fluid.volume import Volume
 from fire_atlas.generators.settings import GenerationSettings
 from fire_atlas.recipe.fluid import FluidSource
 from fire_atlas.recipe.source import Views
@@ -31,8 +32,9 @@ def simulated(keys: str, frames: int, level: float) -> FluidView:
     settings = GenerationSettings(1, Wind(level=level), frames, 24.0, True, Views())
     scene = build_scene(source, settings)
     with Workers(2) as workers:
-        recording = record(scene, workers)
-    return FluidView(scene, recording, fluid_camera(source, 0, 0), "srgb")
+        volumes: list[Volume] = []
+        record(scene, workers, volumes.append)
+    return FluidView(scene, volumes, fluid_camera(source, 0, 0), "srgb")
 
 
 def fire(frames: int = 10, level: float = 0.0, **keys: Any) -> FluidView:
@@ -41,7 +43,7 @@ def fire(frames: int = 10, level: float = 0.0, **keys: Any) -> FluidView:
 
 def pictures(view: FluidView) -> NDArray[np.float32]:
     """Return the later frames, (n, height, width, 4)."""
-    count = len(view.recording.volumes)
+    count = len(view.volumes)
     return np.stack([view.frame(i) for i in range(count // 2, count)])
 
 
@@ -71,7 +73,7 @@ def brightness(view: FluidView) -> float:
 
 
 def smokiness(view: FluidView) -> float:
-    count = len(view.recording.volumes)
+    count = len(view.volumes)
     return float(np.mean([view.smoke(i).mean() for i in range(count // 2, count)]))
 
 
@@ -177,7 +179,9 @@ def test_a_muzzle_flash_is_a_star_for_a_moment_and_then_a_puff() -> None:
     source = FluidSource.model_validate(SMALL | keys)
     scene = build_scene(source, GenerationSettings(0, Wind(), 14, 40.0, True, Views()))
     with Workers(2) as workers:
-        view = FluidView(scene, record(scene, workers), fluid_camera(source, 0, 0), "srgb")
+        volumes: list[Volume] = []
+        record(scene, workers, volumes.append)
+    view = FluidView(scene, volumes, fluid_camera(source, 0, 0), "srgb")
     light = [float(srgb_to_linear(view.frame(i)[..., :3]).mean()) for i in range(14)]
     assert light[0] == 0 and np.argmax(light) in (1, 2)
     assert max(light[5:]) < 0.2 * max(light)
