@@ -11,16 +11,20 @@ import pytest
 from numpy.typing import NDArray
 
 from fire_atlas.cli import main
+from fire_atlas.core.errors import RecipeError
 from fire_atlas.core.pixels import srgb_to_linear
 from fire_atlas.core.workers import Workers
+from fire_atlas.generators.fluid.memory import Memory
 from fire_atlas.generators.fluid.recording import record
 from fire_atlas.generators.fluid.renderer import EDGE, FluidView, fluid_camera
-from fire_atlas.generators.fluid.scene import build_scene
+from fire_atlas.generators.fluid.scene import Scene, build_scene
 from fire_atlas.generators.fluid.volume import Volume
 from fire_atlas.generators.settings import GenerationSettings
 from fire_atlas.recipe.fluid import FluidSource
 from fire_atlas.recipe.source import Views
 from fire_atlas.recipe.wind import Wind
+from fire_atlas.sources import fluid
+from fire_atlas.sources.reader import OpeningContext
 
 SMALL: dict[str, Any] = {"kind": "fluid", "resolution": 22, "width": 60, "height": 80}
 
@@ -335,3 +339,39 @@ def test_steam_hides_as_much_as_is_drawn_of_it() -> None:
         # Smoke is worn at its edges by the px when it is drawn, by the cube when it hides.
         difference = np.abs(view.smoke(index) - drawn)
         assert difference.max() < 0.06 and difference.mean() < 0.005
+
+
+@pytest.mark.parametrize("name", ["campfire", "explosion"])
+def test_frames_are_kept_while_the_rest_is_simulated(name: str) -> None:
+    """All but those at a loop's end that may be led to its beginning, and one before them."""
+    source = FluidSource.model_validate(SMALL | {"fire": name, "radius": 0.2})
+    scene = build_scene(source, GenerationSettings(1, Wind(), 12, 24.0, True, Views()))
+    simulated_by, counted = list[int](), [0]
+
+    def count() -> None:
+        counted[0] += 1
+
+    with Workers(2) as workers:
+        record(scene, workers, lambda _: simulated_by.append(counted[0]), count)
+    free = 12 - (scene.overlap + 1 if scene.overlap else 0)
+    assert simulated_by[:free] == [scene.settling + k for k in range(free)]
+    assert simulated_by[free:] == [scene.settling + 12] * (12 - free)
+
+
+def test_a_simulation_that_breaks_ends_the_drawing_that_waits_for_memory(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def broken(
+        scene: Scene, jobs: int, keep: Callable[[Volume], None], count: Callable[[], None]
+    ) -> None:
+        for _ in range(4):
+            keep(Volume.of(scene.grid.zeros(4)))
+        raise RecipeError("it broke", key=("source",))
+
+    monkeypatch.setattr(Memory, "at_once_besides", 0)
+    monkeypatch.setattr(fluid, "record_apart", broken)
+    settings = GenerationSettings(1, Wind(), 12, 24.0, True, Views())
+    with Workers(3) as workers, pytest.raises(RecipeError, match="it broke"):
+        fluid.open_fluid(
+            FluidSource.model_validate(SMALL), settings, OpeningContext("srgb", workers)
+        )
