@@ -17,6 +17,7 @@ from fire_atlas.core.workers import Workers
 from fire_atlas.generators.fluid.process import record_apart
 from fire_atlas.generators.fluid.renderer import FluidView, fluid_camera
 from fire_atlas.generators.fluid.scene import build_scene
+from fire_atlas.generators.fluid.volume import Volume
 from fire_atlas.generators.settings import GenerationSettings
 from fire_atlas.recipe.fluid import FluidSource
 from fire_atlas.recipe.source import Views
@@ -105,8 +106,9 @@ def _frame(row: Row, value: Any, workers: Workers) -> NDArray[np.uint8]:
     wind = Wind.model_validate({name: value} if block else {})
     settings = GenerationSettings(2, wind, _FRAMES, _FPS, True, Views())
     scene = build_scene(source, settings)
-    recording = record_apart(scene, workers.jobs, lambda: None)
-    view = FluidView(scene, recording, fluid_camera(source, 0, 0), "srgb")
+    volumes: list[Volume] = []
+    record_apart(scene, workers.jobs, volumes.append, lambda: None)
+    view = FluidView(scene, volumes, fluid_camera(source, 0, 0), "srgb")
     frame = view.frame(row.frame)
     colour = as_plane(frame[..., :3] / np.maximum(frame[..., 3:], np.float32(1e-6)))
     ground = np.array(_GROUND, np.float32)

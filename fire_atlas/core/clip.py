@@ -211,6 +211,12 @@ def kept(clip: Clip) -> Clip:
     return replace(clip, picture=cached(clip.picture, range(clip.count)))
 
 
+def frames_kept(clip: Clip) -> int:
+    """Return how many frames ``kept`` keeps at least of a generated clip, the first to be drawn."""
+    size = 16 * clip.width * clip.height
+    return CACHE_BYTES // size + COMPRESSED_BYTES // size
+
+
 def cached(picture: Callable[[int], Picture], made: Container[int]) -> Callable[[int], Picture]:
     """Return ``picture`` with a cache: frames are expensive to compute and read several times.
 

@@ -1,18 +1,22 @@
 """Source ``fluid``: gas that burns, simulated once and rendered as a clip for each view."""
 
 from collections.abc import Iterator
+from concurrent.futures import Future
+from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from threading import Semaphore
 
 import numpy as np
 
-from fire_atlas.core.clip import Clip
+from fire_atlas.core.clip import Clip, frames_kept, kept
 from fire_atlas.core.errors import RecipeError
-from fire_atlas.generators.fluid.memory import memory_within_limit
+from fire_atlas.generators.fluid.memory import Memory, memory_within_limit
 from fire_atlas.generators.fluid.process import record_apart
-from fire_atlas.generators.fluid.recording import FluidRecording
+from fire_atlas.generators.fluid.recording import is_led
 from fire_atlas.generators.fluid.renderer import EDGE, FluidView, fluid_camera
 from fire_atlas.generators.fluid.scene import Scene, build_scene, plays_once
+from fire_atlas.generators.fluid.volume import Volume
 from fire_atlas.generators.rendering import rendered_clip
 from fire_atlas.generators.settings import GenerationSettings
 from fire_atlas.recipe.fluid import FluidSource
@@ -33,7 +37,9 @@ _LEAST_FILLED = 0.1
 def open_fluid(
     source: FluidSource, generation: GenerationSettings, context: OpeningContext
 ) -> list[Clip]:
-    """Simulate the fire once, and return a clip for each view.
+    """Simulate the fire once, and return a clip for each view, which keeps its frames.
+
+    They are drawn as soon as they are simulated, in threads that would wait for the simulation.
 
     Args:
         source: The recipe's ``source``.
@@ -43,32 +49,59 @@ def open_fluid(
     Raises:
         RecipeError: As ``build_scene`` and ``memory_within_limit``; or the simulation broke.
     """
-    scene, turns = _checked_scene(source, generation)
-    context.progress.stage("simulate", scene.settling + scene.frames)
-    recording = context.workers.start(
-        lambda: record_apart(scene, context.workers.jobs, context.progress.advance)
-    ).result()
+    scene, memory = _checked_scene(source, generation)
     settings = replace(generation, loop=scene.loop)
-    views = generation.views
+    views, volumes, turns = generation.views, list[Volume](), Semaphore(memory.at_once)
     seen = [
         FluidView(
             scene,
-            recording,
+            volumes,
             fluid_camera(source, azimuth, views.elevation, views.distance),
             context.blend_space,
             turns,
         )
         for azimuth in generation.azimuths()
     ]
-    notes = (*_notes(source, generation), *_of_recording(recording), *_of_frame(seen[0]))
-    return [
-        replace(
-            rendered_clip(view, settings, context.blend_space, ()),
-            hidden=view.smoke,
-            notes=notes if k == 0 else (),
-        )
-        for k, view in enumerate(seen)
+    clips = [
+        kept(replace(rendered_clip(view, settings, context.blend_space, ()), hidden=view.smoke))
+        for view in seen
     ]
+    context.progress.stage("simulate", scene.settling + scene.frames)
+    drawings: list[Future[None]] = []
+
+    def keep(volume: Volume) -> None:
+        """Let it be drawn in threads that have nothing to simulate."""
+        volumes.append(volume)
+        if (number := len(volumes) - 1) < frames_kept(clips[0]):
+            drawings.extend(context.workers.start(partial(_draw, clip, number)) for clip in clips)
+
+    with _held(turns, memory.at_once - memory.at_once_besides):
+        repeats = context.workers.start(
+            lambda: record_apart(scene, context.workers.jobs, keep, context.progress.advance)
+        ).result()
+    context.progress.stage("draw", len(drawings))
+    for drawing in drawings:
+        drawing.result()
+        context.progress.advance()
+    notes = (*_notes(source, generation), *_of_recording(repeats), *_of_frame(clips[0], seen[0]))
+    return [replace(clips[0], notes=notes), *clips[1:]]
+
+
+def _draw(clip: Clip, number: int) -> None:
+    """Draw a frame of a clip, which keeps it."""
+    clip.picture(number)
+
+
+@contextmanager
+def _held(turns: Semaphore, count: int) -> Iterator[None]:
+    """Hold so many free turns."""
+    for _ in range(count):
+        turns.acquire()
+    try:
+        yield
+    finally:
+        for _ in range(count):
+            turns.release()
 
 
 def examine_fluid(source: FluidSource, generation: GenerationSettings) -> Footage:
@@ -87,10 +120,10 @@ def examine_fluid(source: FluidSource, generation: GenerationSettings) -> Footag
     )
 
 
-def _checked_scene(source: FluidSource, generation: GenerationSettings) -> tuple[Scene, Semaphore]:
-    """Return the fire, and as many turns at drawing it as its memory allows."""
+def _checked_scene(source: FluidSource, generation: GenerationSettings) -> tuple[Scene, Memory]:
+    """Return the fire, and the memory that it takes."""
     scene = build_scene(source, generation)
-    return scene, Semaphore(memory_within_limit(source, scene, generation).at_once)
+    return scene, memory_within_limit(source, scene, generation)
 
 
 def _notes(source: FluidSource, generation: GenerationSettings) -> Iterator[str]:
@@ -101,21 +134,22 @@ def _notes(source: FluidSource, generation: GenerationSettings) -> Iterator[str]
         yield f"plays once, as source.{why}: {shown} begins and ends; its last frame is empty"
 
 
-def _of_recording(recording: FluidRecording) -> Iterator[str]:
-    if recording.repeats is not None:
-        led = ", so its end is led to its beginning" if recording.is_led else " and needs no seam"
+def _of_recording(repeats: float | None) -> Iterator[str]:
+    if repeats is not None:
+        led = ", so its end is led to its beginning" if is_led(repeats) else " and needs no seam"
         yield (
-            f"loops: a period apart the fire differs {recording.repeats:.2f} times as much as from "
-            f"frame to frame{led}"
+            f"loops: a period apart the fire differs {repeats:.2f} times as much as from frame to "
+            f"frame{led}"
         )
 
 
-def _of_frame(view: FluidView) -> Iterator[str]:
+def _of_frame(clip: Clip, view: FluidView) -> Iterator[str]:
     """Yield notes on a fire that leaves the frame, or that is small in it."""
-    count = len(view.recording.volumes)
-    most = np.zeros((view.camera.height, view.camera.width), np.float32)
-    for index in sorted({round(k * (count - 1) / (_LOOKED_AT - 1)) for k in range(_LOOKED_AT)}):
-        np.maximum(most, view.frame(index)[..., 3], out=most)
+    most = np.zeros((clip.height, clip.width), np.float32)
+    for index in sorted(
+        {round(k * (clip.count - 1) / (_LOOKED_AT - 1)) for k in range(_LOOKED_AT)}
+    ):
+        np.maximum(most, clip.read(index)[..., 3], out=most)
     if not (most > _SEEN).any():
         raise RecipeError(
             "nothing is to be seen of this fire; use more fuel_rate, heat or smoke",

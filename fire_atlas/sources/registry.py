@@ -61,13 +61,12 @@ def open_source(
         case ProfileSource():
             from fire_atlas.sources.profile import open_profile
 
-            clips = open_profile(
-                source, tuple(files.values()), GenerationSettings.of(recipe), context
-            )
+            settings = GenerationSettings.of(recipe)
+            clips = [*map(kept, open_profile(source, tuple(files.values()), settings, context))]
         case SilkSource():
             from fire_atlas.sources.silk import open_silk
 
-            clips = open_silk(source, files, GenerationSettings.of(recipe), context)
+            clips = [*map(kept, open_silk(source, files, GenerationSettings.of(recipe), context))]
         case FluidSource():
             from fire_atlas.sources.fluid import open_fluid
 
@@ -75,7 +74,7 @@ def open_source(
         case _:
             assert_never(source)
     names = [f"view_{k}" for k in range(len(clips))] if len(clips) > 1 else [recipe.name]
-    return dict(zip(names, map(kept, clips), strict=True))
+    return dict(zip(names, clips, strict=True))
 
 
 def open_source_in_wind(

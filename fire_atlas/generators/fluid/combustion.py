@@ -75,8 +75,10 @@ def burn(
         )
     )
     kept = np.float32(max(0.0, 1 - dt * chemistry.dissipation))
-    fuel = np.ascontiguousarray(scalars[..., FUEL])
-    burnt, temperature = grid.zeros(), grid.zeros()
+    fuel, burnt, temperature = (grid.empty() for _ in range(3))
+
+    def separate(part: slice) -> None:
+        fuel[part] = scalars[part, ..., FUEL]
 
     def work(part: slice) -> None:
         gas, around, present = scalars[part], _mean_around(fuel, part), fuel[part]
@@ -94,7 +96,8 @@ def burn(
         gas[..., SMOKE] = (gas[..., SMOKE] + soot * loss) * kept * fading[part]
         burnt[part], temperature[part] = loss, hot
 
-    grid.each_slab(workers, work)
+    grid.each_part(workers, separate)
+    grid.each_part(workers, work)
     return burnt, temperature
 
 

@@ -56,15 +56,16 @@ def push(
         dt: Time step, s.
         workers: Threads for the slabs.
     """
-    axes = [np.ascontiguousarray(velocity[..., channel]) for channel in range(3)]
-    spin = [grid.zeros() for _ in range(3)]
-    strength = grid.zeros()
+    spin = [grid.empty() for _ in range(3)]
+    strength = grid.empty()
 
     def curl(part: slice) -> None:
-        u, v, w = axes
-        spin[0][part] = slope(w, part, 1) - slope(v, part, 0)
-        spin[1][part] = slope(u, part, 0) - slope(w, part, 2)
-        spin[2][part] = slope(v, part, 2) - slope(u, part, 1)
+        first = max(part.start - 1, 0)
+        around, own = velocity[first : part.stop + 1], slice(part.start - first, part.stop - first)
+        u, v, w = (np.ascontiguousarray(around[..., channel]) for channel in range(3))
+        spin[0][part] = slope(w, own, 1) - slope(v, own, 0)
+        spin[1][part] = slope(u, own, 0) - slope(w, own, 2)
+        spin[2][part] = slope(v, own, 2) - slope(u, own, 1)
         squares = [axis[part] * axis[part] for axis in spin]
         strength[part] = np.sqrt(squares[0] + squares[1] + squares[2])
 
@@ -87,5 +88,5 @@ def push(
             moved[..., channel] += forced[channel]
         moved *= kept
 
-    grid.each_slab(workers, curl)
-    grid.each_slab(workers, act)
+    grid.each_part(workers, curl)
+    grid.each_part(workers, act)

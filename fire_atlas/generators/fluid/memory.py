@@ -73,6 +73,11 @@ class Memory:
         """How many frames may be drawn at the same time, at least one."""
         return max(1, (MAX_MEMORY - self.kept) // self.drawing)
 
+    @property
+    def at_once_besides(self) -> int:
+        """How many may be while it is simulated; the process that builds counts in both figures."""
+        return max(0, (MAX_MEMORY - self.simulating - self.kept) // self.drawing)
+
 
 def memory_of(source: FluidSource, scene: Scene, settings: GenerationSettings) -> Memory:
     """Return how much memory a fire takes, with any number of workers."""

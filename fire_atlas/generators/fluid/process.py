@@ -18,18 +18,24 @@ from fire_atlas.core.errors import RecipeError
 from fire_atlas.core.interruption import if_interrupted
 from fire_atlas.core.process import start_module
 from fire_atlas.core.workers import Workers
-from fire_atlas.generators.fluid.recording import FluidRecording, record
+from fire_atlas.generators.fluid.recording import record
 from fire_atlas.generators.fluid.scene import Scene
 from fire_atlas.generators.fluid.simulation import MOST_THREADS
+from fire_atlas.generators.fluid.volume import Volume
 
-_FRAME, _RESULT = b".", b"\n"
-"""What the process writes after each frame, and before its result."""
+_FRAME, _VOLUME, _RESULT = b".", b"+", b"\n"
+"""What the process writes after each frame that is simulated, and before the gas of one and its
+result."""
+
+_SWITCH = 1e-4
+"""Time, s, that a thread waits for the interpreter before another one, whose calls into numpy are
+shorter than waking up takes, has to hand it over. Python's is 5e-3."""
 
 
-def record_apart(scene: Scene, jobs: int, count: Callable[[], None]) -> FluidRecording:
-    """Simulate a scene in a process with up to ``jobs`` threads.
-
-    ``count`` is called after each frame.
+def record_apart(
+    scene: Scene, jobs: int, keep: Callable[[Volume], None], count: Callable[[], None]
+) -> float | None:
+    """Do what ``record`` does in a process with up to ``jobs`` threads.
 
     If a signal ends the build, the process is killed.
 
@@ -44,44 +50,52 @@ def record_apart(scene: Scene, jobs: int, count: Callable[[], None]) -> FluidRec
         assert to is not None
         assert answers is not None
         assert errors is not None
-        result: FluidRecording | str = ""
+        result: float | str | None = None
         try:
             with suppress(BrokenPipeError), to:  # if it has ended, its exit code is told below
                 to.write(pickle.dumps((scene, jobs)))
-            while (told := answers.read(1)) == _FRAME:
-                count()
-            if told == _RESULT:
-                # If it ends in the middle of it, its exit code is told below.
-                with suppress(EOFError, pickle.UnpicklingError):
-                    # Each frame is read into the memory that it is kept in.
-                    result = pickle.load(answers)
+            # If it ends in the middle of what it says, its exit code is told below.
+            with suppress(EOFError, pickle.UnpicklingError):
+                while told := answers.read(1):
+                    if told == _FRAME:
+                        count()
+                    elif told == _VOLUME:
+                        keep(pickle.load(answers))
+                    else:
+                        result = pickle.load(answers)
             said = errors.read()
         except BaseException:
             process.kill()
             raise
     if process.returncode:
         raise RuntimeError(f"the simulation ended early: {said.decode(errors='replace')}")
-    if isinstance(result, FluidRecording):
-        return result
-    raise RecipeError(result, key=("source",))
+    if isinstance(result, str):
+        raise RecipeError(result, key=("source",))
+    return result
 
 
 def main() -> None:
-    """Simulate the scene of stdin, and write the recording, or what broke it, to stdout."""
+    """Simulate the scene of stdin, and write its gas, and what broke it if so, to stdout."""
     cv2.setUseOptimized(False)
+    sys.setswitchinterval(_SWITCH)
     scene, jobs = pickle.load(sys.stdin.buffer)
+    out = sys.stdout.buffer
+
+    def keep(volume: Volume) -> None:
+        out.write(_VOLUME)
+        pickle.dump(volume, out)
 
     def count() -> None:
-        sys.stdout.buffer.write(_FRAME)
-        sys.stdout.buffer.flush()
+        out.write(_FRAME)
+        out.flush()
 
     with Workers(min(jobs, MOST_THREADS)) as workers:
         try:
-            result: FluidRecording | str = record(scene, workers, count)
+            result: float | str | None = record(scene, workers, keep, count)
         except RecipeError as error:
             result = str(error)
-    sys.stdout.buffer.write(_RESULT)
-    pickle.dump(result, sys.stdout.buffer)
+    out.write(_RESULT)
+    pickle.dump(result, out)
 
 
 if __name__ == "__main__":

@@ -48,7 +48,7 @@ class Projection:
 
     def divergence(self, velocity: Field, workers: Workers) -> Field:
         """Return the divergence, 1/s, of a velocity (layers, rows, columns, 4)."""
-        found, layers = self.grid.zeros(), self.grid.shape[0]
+        found, layers = self.grid.empty(), self.grid.shape[0]
         half = np.float32(0.5 / self.grid.cell)
 
         def work(part: slice) -> None:
@@ -65,7 +65,7 @@ class Projection:
                 found[k] += velocity[ahead, ..., 2] - velocity[behind, ..., 2]
             total *= half
 
-        self.grid.each_slab(workers, work)
+        self.grid.each_part(workers, work)
         return found
 
     def project(self, velocity: Field, source: Field, workers: Workers) -> None:
@@ -73,12 +73,21 @@ class Projection:
         ``source``, 1/s."""
         rest = self.divergence(velocity, workers)
         rest -= source
-        kinds = (_OPEN, _GROUND if self.grid.has_ground else _OPEN, _OPEN)
-        for axis, kind in enumerate(kinds):
-            rest = scipy.fft.dst(rest, kind, axis=axis, overwrite_x=True, workers=workers.jobs)
-        rest /= self.eigenvalue
-        for axis, kind in enumerate(kinds):
-            rest = scipy.fft.idst(rest, kind, axis=axis, overwrite_x=True, workers=workers.jobs)
+        down = _GROUND if self.grid.has_ground else _OPEN
+
+        def solve(part: slice) -> None:
+            waves = scipy.fft.dst(rest[part], down, axis=1)
+            waves = scipy.fft.dst(waves, _OPEN, axis=2, overwrite_x=True)
+            np.divide(waves, self.eigenvalue[part], out=rest[part])
+
+        def back(part: slice) -> None:
+            waves = scipy.fft.idst(rest[part], down, axis=1)
+            rest[part] = scipy.fft.idst(waves, _OPEN, axis=2, overwrite_x=True)
+
+        rest = scipy.fft.dst(rest, _OPEN, axis=0, overwrite_x=True, workers=workers.jobs)
+        self.grid.each_part(workers, solve)
+        rest = scipy.fft.idst(rest, _OPEN, axis=0, overwrite_x=True, workers=workers.jobs)
+        self.grid.each_part(workers, back)
         # In cubes, as the eigenvalues are: the pressure is that by the edge of a cube squared.
         self._subtract_slopes(velocity, rest, workers)
 
@@ -100,4 +109,4 @@ class Projection:
                 behind = pressure[k - 1] if k else -pressure[k]
                 velocity[k, ..., 2] -= (ahead - behind) * half
 
-        self.grid.each_slab(workers, work)
+        self.grid.each_part(workers, work)

@@ -1,7 +1,6 @@
 """Record a simulation: the gas of every frame, as a loop without a seam or as a fire that ends."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -21,45 +20,64 @@ _EMPTY = 0.02
 """Smoke, of the densest, up to which a cube counts as empty."""
 
 
-@dataclass(frozen=True, slots=True)
-class FluidRecording:
-    """A fire that was simulated.
-
-    Attributes:
-        volumes: The gas of each frame.
-        repeats: Difference of frames a period apart, of that of neighbours, before the end was led
-            to the beginning; None of a fire that plays once.
-    """
-
-    volumes: tuple[Volume, ...]
-    repeats: float | None
-
-    @property
-    def is_led(self) -> bool:
-        """Whether its end was led to its beginning."""
-        return self.repeats is not None and self.repeats > _REPEATS
-
-
 def record(
-    scene: Scene, workers: Workers, count: Callable[[], None] = lambda: None
-) -> FluidRecording:
-    """Simulate a scene and record it; ``count`` is called after each frame."""
+    scene: Scene,
+    workers: Workers,
+    keep: Callable[[Volume], None],
+    count: Callable[[], None] = lambda: None,
+) -> float | None:
+    """Simulate a scene, and record it.
+
+    Args:
+        scene: The scene.
+        workers: Threads that simulate.
+        keep: Called with the gas of each frame, in order, as soon as it stays as it is: the end of
+            a loop may be led to its beginning.
+        count: Called after each frame that is simulated.
+
+    Returns:
+        The difference of frames a period apart, of that of neighbours, before the end was led to
+        the beginning; None of a fire that plays once.
+
+    Raises:
+        RecipeError: A field is not finite any more.
+    """
     frames = simulated(scene, workers, count)
     before = [Volume.of(next(frames)) for _ in range(scene.overlap)]
-    volumes = []
+    # One frame more than may be led: the step to it is compared.
+    free = scene.frames - len(before) - 1 if before else scene.frames
+    ending: list[Volume] = []
     for number, scalars in enumerate(frames):
         presence = scene.presence(number)
-        volumes.append(Volume.of(scalars if presence >= 1 else _thinned(scalars, presence)))
+        left = scalars if presence >= 1 else _thinned(scalars, presence)
+        volume = Volume.of(left)
+        if number < free:
+            keep(volume)
+        else:
+            ending.append(volume)
     if not before:
-        return FluidRecording(tuple(volumes), None)
-    repeats = _difference(before, volumes)
-    if repeats > _REPEATS:
-        for k in range(1, len(before) + 1):
-            # Smooth in time, so that the step over the seam is one as any other.
-            share = smooth_step(np.array((len(before) + 1 - k) / (len(before) + 1), np.float32))
-            after = volumes[-k].scalars()
-            volumes[-k] = Volume.of(after + share * (before[-k].scalars() - after))
-    return FluidRecording(tuple(volumes), repeats)
+        return None
+    repeats = _difference(before, ending, workers)
+    leads = is_led(repeats)
+
+    def led(k: int) -> Volume:
+        """Return one of the last frames as it is kept; it is ``k`` frames after ``before[0]``."""
+        volume = ending[k - len(before)]
+        if not leads:
+            return volume
+        # Smooth in time, so that the step over the seam is one as any other.
+        share = smooth_step(np.array((k + 1) / (len(before) + 1), np.float32))
+        after = volume.scalars()
+        return Volume.of(after + share * (before[k].scalars() - after))
+
+    for volume in [*ending[: -len(before)], *workers.map(led, range(len(before)))]:
+        keep(volume)
+    return repeats
+
+
+def is_led(repeats: float | None) -> bool:
+    """Whether the end of a fire is led to its beginning, by what ``record`` returns."""
+    return repeats is not None and repeats > _REPEATS
 
 
 def _thinned(scalars: Field, presence: float) -> Field:
@@ -72,16 +90,21 @@ def _thinned(scalars: Field, presence: float) -> Field:
     return left
 
 
-def _difference(before: list[Volume], volumes: list[Volume]) -> float:
+def _difference(before: list[Volume], ending: list[Volume], workers: Workers) -> float:
     """Return how different frames a period apart are, relative to neighbours."""
-    apart, step = 0.0, 0.0
-    for k in range(1, len(before) + 1):
-        seen = _visible(volumes[-k].scalars())
-        apart += float(np.abs(seen - _visible(before[-k].scalars())).mean(dtype=np.float64))
-        neighbour = volumes[-k - 1 if k < len(volumes) else -k]
-        step += float(np.abs(seen - _visible(neighbour.scalars())).mean(dtype=np.float64))
-    return apart / max(step, 1e-12)
+
+    def compared(k: int) -> tuple[float, float]:
+        seen = _visible(ending[-k])
+        others = before[-k], ending[-k - 1 if k < len(ending) else -k]
+        apart, step = (
+            float(np.abs(seen - _visible(other)).mean(dtype=np.float64)) for other in others
+        )
+        return apart, step
+
+    found = list(workers.map(compared, range(1, len(before) + 1)))
+    return sum(apart for apart, _ in found) / max(sum(step for _, step in found), 1e-12)
 
 
-def _visible(scalars: Field) -> Field:
+def _visible(volume: Volume) -> Field:
+    scalars = volume.scalars()
     return scalars[..., FUEL] + scalars[..., SMOKE]

@@ -1,7 +1,7 @@
 """A fire that was simulated as a fluid, seen by a camera."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from threading import Semaphore
@@ -27,9 +27,9 @@ from fire_atlas.generators.fluid.combustion import SMOKE
 from fire_atlas.generators.fluid.drawing import Painter, SeenGas, enlarged, exposed
 from fire_atlas.generators.fluid.fires import FIRES
 from fire_atlas.generators.fluid.grid import Field
-from fire_atlas.generators.fluid.recording import FluidRecording
 from fire_atlas.generators.fluid.scene import Scene
 from fire_atlas.generators.fluid.sight import Sight
+from fire_atlas.generators.fluid.volume import Volume
 from fire_atlas.generators.front import PointCloud, front_surface_of
 from fire_atlas.recipe.fluid import FluidSource
 
@@ -50,7 +50,7 @@ class FluidView:
 
     Attributes:
         scene: What was simulated.
-        recording: The gas of each frame.
+        volumes: The gas of each frame; while it is simulated, of those before.
         camera: The camera.
         blend_space: Encoding in which the client blends.
         turns: What each thread holds while it draws: so many frames are drawn at once.
@@ -61,7 +61,7 @@ class FluidView:
     motion: ClassVar[None] = None
 
     scene: Scene
-    recording: FluidRecording
+    volumes: Sequence[Volume]
     camera: Camera
     blend_space: str
     turns: Semaphore = field(default_factory=Semaphore)
@@ -150,7 +150,7 @@ class FluidView:
             return front_surface_of(cloud, self.camera)[0]
 
     def _gas(self, index: int) -> Field:
-        return self._sight.gas(self.recording.volumes[index].scalars(), index)
+        return self._sight.gas(self.volumes[index].scalars(), index)
 
     def _brightness(self, gas: Field) -> Field:
         """Return the luminance that each cube adds to a picture, 0 where it is dark."""

@@ -108,9 +108,13 @@ class Simulation:
         )
         burnt, temperature = burn(grid, scalars, scene.chemistry, self._fading, dt, workers)
         push(grid, velocity, temperature, scene.forces, self._stirring, self.time, dt, workers)
-        # A source that changed from cube to cube would be a flow that differences hardly see.
-        source = np.concatenate(grid.each_slab(workers, lambda part: smoothed(burnt, part)))
-        source *= np.float32(scene.expansion(self.time) / dt)
+        source, expansion = grid.empty(), np.float32(scene.expansion(self.time) / dt)
+
+        def expand(part: slice) -> None:
+            # One that changed from cube to cube would be a flow that differences hardly see.
+            source[part] = smoothed(burnt, part) * expansion
+
+        grid.each_part(workers, expand)
         self._projection.project(velocity, source, workers)
         self.gas = Gas(velocity, scalars)
 

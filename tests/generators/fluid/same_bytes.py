@@ -22,6 +22,7 @@ def main(sets: str) -> None:
     from fire_atlas.generators.fluid.recording import record
     from fire_atlas.generators.fluid.renderer import FluidView, fluid_camera
     from fire_atlas.generators.fluid.scene import build_scene
+    from fire_atlas.generators.fluid.volume import Volume
     from fire_atlas.generators.settings import GenerationSettings
     from fire_atlas.recipe.fluid import FluidSource
     from fire_atlas.recipe.source import Views
@@ -32,9 +33,10 @@ def main(sets: str) -> None:
         source = FluidSource.model_validate(keys)
         scene = build_scene(source, GenerationSettings(1, Wind(), 12, 24.0, True, Views()))
         with Workers(1) as workers:
-            recording = record(scene, workers)
-        view = FluidView(scene, recording, fluid_camera(source, 0, 0), "srgb")
-        gas = b"".join(volume.data for volume in recording.volumes)
+            volumes: list[Volume] = []
+            record(scene, workers, volumes.append)
+        view = FluidView(scene, volumes, fluid_camera(source, 0, 0), "srgb")
+        gas = b"".join(volume.scalars().tobytes() for volume in volumes)
         for data in (gas, view.frame(6).tobytes()):
             print(hashlib.sha256(data).hexdigest())
 

@@ -12,6 +12,7 @@ from fire_atlas.generators.fluid.drawing import Painter, SeenGas
 from fire_atlas.generators.fluid.fires import FIRES, Look
 from fire_atlas.generators.fluid.recording import record
 from fire_atlas.generators.fluid.scene import build_scene
+from fire_atlas.generators.fluid.volume import Volume
 from fire_atlas.generators.settings import GenerationSettings
 from fire_atlas.recipe.fluid import FluidSource
 from fire_atlas.recipe.source import Views
@@ -89,7 +90,8 @@ def test_smoke_is_torn_before_it_is_gone() -> None:
     )
     scene = build_scene(source, GenerationSettings(1, Wind(), 24, 24.0, True, Views()))
     with Workers(2) as workers:
-        volumes = record(scene, workers).volumes
+        volumes: list[Volume] = []
+        record(scene, workers, volumes.append)
     dense = [volume.scalars()[..., SMOKE] > 0.05 for volume in volumes]
     filled = [int(part.sum()) for part in dense]
     pieces = [scipy.ndimage.label(part)[1] for part in dense]

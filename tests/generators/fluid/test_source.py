@@ -11,15 +11,20 @@ import pytest
 from numpy.typing import NDArray
 
 from fire_atlas.cli import main
+from fire_atlas.core.errors import RecipeError
 from fire_atlas.core.pixels import srgb_to_linear
 from fire_atlas.core.workers import Workers
+from fire_atlas.generators.fluid.memory import Memory
 from fire_atlas.generators.fluid.recording import record
 from fire_atlas.generators.fluid.renderer import EDGE, FluidView, fluid_camera
-from fire_atlas.generators.fluid.scene import build_scene
+from fire_atlas.generators.fluid.scene import Scene, build_scene
+from fire_atlas.generators.fluid.volume import Volume
 from fire_atlas.generators.settings import GenerationSettings
 from fire_atlas.recipe.fluid import FluidSource
 from fire_atlas.recipe.source import Views
 from fire_atlas.recipe.wind import Wind
+from fire_atlas.sources import fluid
+from fire_atlas.sources.reader import OpeningContext
 
 SMALL: dict[str, Any] = {"kind": "fluid", "resolution": 22, "width": 60, "height": 80}
 
@@ -31,8 +36,9 @@ def simulated(keys: str, frames: int, level: float) -> FluidView:
     settings = GenerationSettings(1, Wind(level=level), frames, 24.0, True, Views())
     scene = build_scene(source, settings)
     with Workers(2) as workers:
-        recording = record(scene, workers)
-    return FluidView(scene, recording, fluid_camera(source, 0, 0), "srgb")
+        volumes: list[Volume] = []
+        record(scene, workers, volumes.append)
+    return FluidView(scene, volumes, fluid_camera(source, 0, 0), "srgb")
 
 
 def fire(frames: int = 10, level: float = 0.0, **keys: Any) -> FluidView:
@@ -41,7 +47,7 @@ def fire(frames: int = 10, level: float = 0.0, **keys: Any) -> FluidView:
 
 def pictures(view: FluidView) -> NDArray[np.float32]:
     """Return the later frames, (n, height, width, 4)."""
-    count = len(view.recording.volumes)
+    count = len(view.volumes)
     return np.stack([view.frame(i) for i in range(count // 2, count)])
 
 
@@ -71,7 +77,7 @@ def brightness(view: FluidView) -> float:
 
 
 def smokiness(view: FluidView) -> float:
-    count = len(view.recording.volumes)
+    count = len(view.volumes)
     return float(np.mean([view.smoke(i).mean() for i in range(count // 2, count)]))
 
 
@@ -177,7 +183,9 @@ def test_a_muzzle_flash_shines_for_a_moment_with_lobes_beside_its_jet_and_leaves
     source = FluidSource.model_validate(SMALL | keys)
     scene = build_scene(source, GenerationSettings(0, Wind(), 14, 40.0, True, Views()))
     with Workers(2) as workers:
-        view = FluidView(scene, record(scene, workers), fluid_camera(source, 0, 0), "srgb")
+        volumes: list[Volume] = []
+        record(scene, workers, volumes.append)
+    view = FluidView(scene, volumes, fluid_camera(source, 0, 0), "srgb")
     light = [float(srgb_to_linear(view.frame(i)[..., :3]).mean()) for i in range(14)]
     assert light[0] == 0 and np.argmax(light) in (1, 2)
     assert max(light[5:]) < 0.2 * max(light)
@@ -346,3 +354,39 @@ def test_steam_hides_as_much_as_is_drawn_of_it() -> None:
         # Smoke is worn at its edges by the px when it is drawn, by the cube when it hides.
         difference = np.abs(view.smoke(index) - drawn)
         assert difference.max() < 0.06 and difference.mean() < 0.005
+
+
+@pytest.mark.parametrize("name", ["campfire", "explosion"])
+def test_frames_are_kept_while_the_rest_is_simulated(name: str) -> None:
+    """All but those at a loop's end that may be led to its beginning, and one before them."""
+    source = FluidSource.model_validate(SMALL | {"fire": name, "radius": 0.2})
+    scene = build_scene(source, GenerationSettings(1, Wind(), 12, 24.0, True, Views()))
+    simulated_by, counted = list[int](), [0]
+
+    def count() -> None:
+        counted[0] += 1
+
+    with Workers(2) as workers:
+        record(scene, workers, lambda _: simulated_by.append(counted[0]), count)
+    free = 12 - (scene.overlap + 1 if scene.overlap else 0)
+    assert simulated_by[:free] == [scene.settling + k for k in range(free)]
+    assert simulated_by[free:] == [scene.settling + 12] * (12 - free)
+
+
+def test_a_simulation_that_breaks_ends_the_drawing_that_waits_for_memory(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def broken(
+        scene: Scene, jobs: int, keep: Callable[[Volume], None], count: Callable[[], None]
+    ) -> None:
+        for _ in range(4):
+            keep(Volume.of(scene.grid.zeros(4)))
+        raise RecipeError("it broke", key=("source",))
+
+    monkeypatch.setattr(Memory, "at_once_besides", 0)
+    monkeypatch.setattr(fluid, "record_apart", broken)
+    settings = GenerationSettings(1, Wind(), 12, 24.0, True, Views())
+    with Workers(3) as workers, pytest.raises(RecipeError, match="it broke"):
+        fluid.open_fluid(
+            FluidSource.model_validate(SMALL), settings, OpeningContext("srgb", workers)
+        )

@@ -12,6 +12,7 @@ from fire_atlas.core.workers import Workers
 from fire_atlas.generators.fluid.recording import record
 from fire_atlas.generators.fluid.renderer import FluidView, fluid_camera
 from fire_atlas.generators.fluid.scene import build_scene
+from fire_atlas.generators.fluid.volume import Volume
 from fire_atlas.generators.settings import GenerationSettings
 from fire_atlas.recipe.fluid import FluidSource
 from fire_atlas.recipe.source import Views
@@ -33,7 +34,7 @@ class Burnt:
     @cached_property
     def frames(self) -> range:
         """Frames of which pixels are measured: the later half, when the gas is where it goes."""
-        count = len(self.view.recording.volumes)
+        count = len(self.view.volumes)
         return range(count // 2, count)
 
     @cached_property
@@ -112,7 +113,7 @@ def _cubes(fire: Burnt) -> float:
 
 def _lit_frames(fire: Burnt) -> float:
     """Return the part of all frames in which anything is seen."""
-    count = len(fire.view.recording.volumes)
+    count = len(fire.view.volumes)
     return 100 * mean([float(fire.view.frame(i)[..., 3].max() > 0.1) for i in range(count)])
 
 
@@ -213,5 +214,6 @@ def simulate_gas(promise: Promise, value: Any, seed: int, scale: Scale) -> Burnt
     settings = GenerationSettings(seed, wind, scale.gas_frames, 24.0, True, Views())
     scene = build_scene(source, settings)
     with Workers(1) as workers:
-        recording = record(scene, workers)
-    return Burnt(FluidView(scene, recording, fluid_camera(source, 0, 0), "srgb"))
+        volumes: list[Volume] = []
+        record(scene, workers, volumes.append)
+    return Burnt(FluidView(scene, volumes, fluid_camera(source, 0, 0), "srgb"))
