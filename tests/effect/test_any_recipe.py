@@ -165,8 +165,11 @@ def _without_idle_keys(keys: dict[str, Any]) -> dict[str, Any]:
     is_free = buoyancy.get("drag", 0.0 if is_paper else 2.0) == 0
     if blur != "none" and not blur.get("flame", is_paper):
         blur = {key: blur[key] for key in blur if key not in ("exaggeration", "samples")}
-    wind = {} if is_free else keys["wind"]
     flakes, idle = dict(keys["flakes"]), set[str]()
+    has_none = Flakes(**{k: flakes[k] for k in ("rate", "max", "class") if k in flakes}).why_none
+    wind = {} if is_free or has_none else keys["wind"]
+    if has_none:
+        idle |= {"bursts", "sparks"}
     if is_paper:
         idle |= {"class", "style"}
     if flakes.get("own_motion", 0.0 if is_paper else 1.0) == 0:

@@ -110,7 +110,8 @@ def _charge(
         up = 1 - 2 * (k + 0.5) / count
         level, turn = (1 - up * up) ** 0.5, 2.399963 * k
         far = reach * (1 - 0.9 * uneven * (1 - (k * 0.618034) % 1))
-        wide = size * (1 + uneven * ((k * 0.381966 + 0.3) % 1 - 0.5))
+        # The smallest are large enough for a draft.
+        wide = size * max(1 + uneven * ((k * 0.381966 + 0.3) % 1 - 0.5), 0.65)
         place = (far * level * math.cos(turn), far * level * math.sin(turn), far * up)
         lumps.append(
             FluidBurner(

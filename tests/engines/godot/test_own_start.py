@@ -126,5 +126,6 @@ def test_a_loop_that_may_not_begins_with_its_first_frame(
     assert all(fire["time"] < TICK for fire in fast)
     assert len({fire["speed"] for fire in fast}) == COUNT
     speeds = [fire["speed"] for fire in slow]
-    assert 0.5 <= min(speeds) < 0.9 and 1.1 < max(speeds) <= 1.5
+    # Of twelve even draws a range of 0.3 or less comes twice in a hundred thousand runs.
+    assert min(speeds) >= 0.5 and max(speeds) <= 1.5 and max(speeds) - min(speeds) > 0.3
     assert {fire["speed"] for fire in still} == {1} and len({f["time"] for f in still}) == 1

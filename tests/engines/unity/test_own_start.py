@@ -75,7 +75,8 @@ def test_start_and_speed_are_properties_of_their_own(
     fast, _ = rows_of(run(False, 0.5))
     assert (fast[:, 0] == 0).all()
     speeds = fast[:, 3] / 2
-    assert 0.5 <= speeds.min() < 0.9 and 1.1 < speeds.max() <= 1.5
+    # Of twelve even draws a range of 0.3 or less comes twice in a hundred thousand runs.
+    assert speeds.min() >= 0.5 and speeds.max() <= 1.5 and np.ptp(speeds) > 0.3
     slow, _ = rows_of(run(True, 0))
     assert (slow[:, 3] == 2).all() and len({*slow[:, 0]}) == COUNT
 
