@@ -169,7 +169,7 @@ PROMISES_OF_FLUID = (
     ),
     _of_gas(
         "source.direction", "Where that gas goes", LEAN, [-1, 0, 1], [1, 0, 1],
-        needs={"radius": 0.08}, fire="steam",
+        needs={"radius": 0.08, "speed": 4}, fire="steam",
     ),
     _of_gas(
         "source.burning", "The fire catches, burns, goes out, and plays once", LIT_FRAMES,
