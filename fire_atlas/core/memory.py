@@ -9,15 +9,15 @@ _LARGE = 4 << 20
 has larger pieces that it makes again and again."""
 
 LARGEST = 32 << 20
-"""The most that glibc keeps in this way, bytes."""
+"""The largest pieces that glibc can keep, bytes."""
 
 _KEPT = 256 << 20
 """Maximum of smaller pieces, bytes in all, that are kept for the next ones."""
 
 
 def keep_freed_memory(smaller_than: int = _LARGE) -> None:
-    """Let glibc keep what is freed in pieces ``smaller_than`` so many bytes, at most ``LARGEST``;
-    with another C library, do nothing.
+    """Let glibc keep freed pieces of memory that are ``smaller_than`` so many bytes, at most
+    ``LARGEST``, for the next ones; with another C library, do nothing.
 
     Arrays of a few 100 kB are made and freed thousands of times. By default their memory comes from
     the system anew each time, page by page, which takes a tenth of the time to draw many flakes.

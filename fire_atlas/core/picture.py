@@ -80,7 +80,7 @@ def where_covered(picture: Picture) -> tuple[slice, slice]:
     return slice(top, top + height), slice(left, left + width)
 
 
-def where_held(picture: Picture) -> tuple[slice, slice]:
+def where_not_empty(picture: Picture) -> tuple[slice, slice]:
     """Return the rows and columns of a box outside of which a picture is empty: transparent, or of
     float pixels, which may glow where they are transparent, 0."""
     height, width, channels = picture.shape
@@ -112,7 +112,7 @@ class CroppedPicture:
     @classmethod
     def of(cls, picture: Picture) -> Self:
         """Crop a picture; a part that is all of it is the picture itself."""
-        rows, columns = where_held(picture)
+        rows, columns = where_not_empty(picture)
         part = picture[rows, columns]
         is_whole = part.shape == picture.shape
         part = picture if is_whole else part.copy()

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple, Self
 
 from pydantic import TypeAdapter, ValidationError
 
-from fire_atlas.recipe.gpu import told
+from fire_atlas.recipe.gpu import blocks_suffix
 
 _MIB = 1 << 20
 
@@ -40,7 +40,7 @@ class Spending:
     @property
     def compressed(self) -> str:
         """How the pages are compressed, to be said behind the height; empty without a choice."""
-        return told(self.blocks)
+        return blocks_suffix(self.blocks)
 
     @property
     def percent(self) -> str:

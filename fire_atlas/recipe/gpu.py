@@ -45,7 +45,7 @@ def blocks_of(format_: str) -> str:
     return format_.partition(".")[0]
 
 
-def told(blocks: Iterable[str]) -> str:
+def blocks_suffix(blocks: Iterable[str]) -> str:
     """Return how pages are compressed, to be said behind the height of their frames; empty if there
     was no choice."""
     return "".join(f", {each}" for each in blocks)

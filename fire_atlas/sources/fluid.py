@@ -75,7 +75,7 @@ def open_fluid(
         if (number := len(volumes) - 1) < frames_kept(clips[0]):
             drawings.extend(context.workers.start(partial(_draw, clip, number)) for clip in clips)
 
-    with _held(turns, memory.at_once - memory.at_once_besides):
+    with _held(turns, memory.at_once - memory.at_once_while_simulating):
         repeats = context.workers.start(
             lambda: record_apart(scene, context.workers.jobs, keep, context.progress.advance)
         ).result()

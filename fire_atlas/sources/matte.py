@@ -16,7 +16,7 @@ from fire_atlas.core.picture import (
     light_of_unit,
     srgb_unit,
     to_light,
-    where_held,
+    where_not_empty,
     white,
     with_alpha,
 )
@@ -232,7 +232,7 @@ def luminance_of_light(pixels: Pixels, blend_space: str, black: BlackLevel = TRU
 
     Light above 1 stays as it is, whatever the level of ``black``.
     """
-    found, part = np.zeros((*pixels.shape[:2], 4), np.float32), where_held(pixels)
+    found, part = np.zeros((*pixels.shape[:2], 4), np.float32), where_not_empty(pixels)
     if not pixels[part].size:
         return found
     light = [as_plane(plane) for plane in cv2.split(pixels[part])[:3]]

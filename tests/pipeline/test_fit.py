@@ -22,10 +22,10 @@ from fire_atlas.formats.textures.blocks import FORMATS, decode_blocks
 from fire_atlas.formats.textures.encode import encode_images
 from fire_atlas.pipeline.animation.contribution import FinishedAnimation
 from fire_atlas.pipeline.animation.render import RenderedFrame
+from fire_atlas.pipeline.fit.budget_search import FitSearch
 from fire_atlas.pipeline.fit.fit import closest, searches_of
 from fire_atlas.pipeline.fit.frames import DAY, as_textures, at_heights, squared_errors
 from fire_atlas.pipeline.fit.packed import cells_of, packed
-from fire_atlas.pipeline.fit.search import FitSearch
 from fire_atlas.pipeline.fit.selection import holds, selections
 from fire_atlas.recipe.fit import READY_BUDGETS, Fit
 from fire_atlas.recipe.models import Recipe

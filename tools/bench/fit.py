@@ -18,8 +18,8 @@ from fire_atlas.core.shipped import shipped
 from fire_atlas.core.workers import Workers
 from fire_atlas.pipeline.animation.contribute import contribute
 from fire_atlas.pipeline.animation.contribution import Contribution
-from fire_atlas.pipeline.fit.fit import fit
-from fire_atlas.pipeline.fit.search import FitSearch
+from fire_atlas.pipeline.fit.budget_search import FitSearch
+from fire_atlas.pipeline.fit.fit import fit, searches_of
 from fire_atlas.pipeline.input.check import CheckedRecipe, load_checked
 from fire_atlas.pipeline.input.open import open_input, open_ramps, open_texture
 from fire_atlas.pipeline.pages.content import PageContent
@@ -78,7 +78,7 @@ def rows(path: Path, context: BuildContext) -> bool:
     recipe, began = loaded(path), time.process_time()
     whole = animated(recipe, context)
     seconds, is_sound = [time.process_time() - began], True
-    search = FitSearch(whole.animations, recipe.recipe, Fit(memory=8), context)
+    search, *_ = searches_of(whole.animations, recipe.recipe, Fit(memory=8), context)
     for budget in _BUDGETS:
         began = time.process_time()
         fitted, atlas = fit(whole, recipe.recipe, Fit(memory=budget), context)

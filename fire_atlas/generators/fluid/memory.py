@@ -74,8 +74,9 @@ class Memory:
         return max(1, (MAX_MEMORY - self.kept) // self.drawing)
 
     @property
-    def at_once_besides(self) -> int:
-        """How many may be while it is simulated; the process that builds counts in both figures."""
+    def at_once_while_simulating(self) -> int:
+        """How many may be while the rest is simulated. Both figures count the process that builds:
+        rather too few than too many."""
         return max(0, (MAX_MEMORY - self.simulating - self.kept) // self.drawing)
 
 

@@ -13,9 +13,9 @@ from typing import Any
 from fire_atlas.core.context import BuildContext
 from fire_atlas.core.errors import RecipeError
 from fire_atlas.pipeline.animation.contribution import Contribution, FinishedAnimation
+from fire_atlas.pipeline.fit.budget_search import FitSearch, Offer, Shared
 from fire_atlas.pipeline.fit.packed import PackedChoices, least_bytes
 from fire_atlas.pipeline.fit.scaled import ScaledFrames
-from fire_atlas.pipeline.fit.search import FitSearch, Offer, Shared
 from fire_atlas.recipe.fit import Fit
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.output import Atlas

@@ -383,7 +383,7 @@ def test_a_simulation_that_breaks_ends_the_drawing_that_waits_for_memory(
             keep(Volume.of(scene.grid.zeros(4)))
         raise RecipeError("it broke", key=("source",))
 
-    monkeypatch.setattr(Memory, "at_once_besides", 0)
+    monkeypatch.setattr(Memory, "at_once_while_simulating", 0)
     monkeypatch.setattr(fluid, "record_apart", broken)
     settings = GenerationSettings(1, Wind(), 12, 24.0, True, Views())
     with Workers(3) as workers, pytest.raises(RecipeError, match="it broke"):

@@ -16,7 +16,7 @@ from fire_atlas.pipeline.fit.packed import Cells, PackedChoices, least_bytes, me
 from fire_atlas.pipeline.fit.scaled import ScaledFrames
 from fire_atlas.pipeline.fit.selection import Selection, holds, selections
 from fire_atlas.recipe.fit import Fit
-from fire_atlas.recipe.gpu import blocks_of, told
+from fire_atlas.recipe.gpu import blocks_of, blocks_suffix
 from fire_atlas.recipe.models import Recipe
 from fire_atlas.recipe.output import Atlas, PageGrid, export_name
 
@@ -104,7 +104,7 @@ class FitSearch:
         recipe: Recipe,
         budget: Fit,
         context: BuildContext,
-        shared: Shared | None = None,
+        shared: Shared,
         *,
         is_chosen: bool = False,
     ) -> None:
@@ -112,7 +112,7 @@ class FitSearch:
 
         Args:
             animations, recipe, budget, context: As of ``fit``.
-            shared: What it has in common with other searches; None if there are none.
+            shared: What it has in common with other searches.
             is_chosen: Whether trials say how pages are compressed, as there is a choice.
 
         Raises:
@@ -134,9 +134,6 @@ class FitSearch:
         self._exact = None if isinstance(cells, int) else cells
         most = cells if isinstance(cells, int) else max(cells)
         self._most = max(most // len(animations), 1)
-        shared = shared or Shared(
-            ScaledFrames(animations, recipe.atlas, budget, context), PackedChoices()
-        )
         self._scaled, self._packed = shared
         exports = {export_name(export) for export in recipe.exports}
         self._is_even = recipe.atlas.layout == "grid" or bool(exports & _EVEN_ONLY)
@@ -275,8 +272,8 @@ class FitSearch:
         """Return what was chosen."""
         return (
             f"fit: {len(trial.kept)} of {self.count} frames, {trial.height} of "
-            f"{self.full_height} px high{told(trial.blocks)}: {trial.memory / _MIB:.2f} MiB; "
-            f"as it is played it is {100 * trial.error:.2g} % of white off the whole"
+            f"{self.full_height} px high{blocks_suffix(trial.blocks)}: {trial.memory / _MIB:.2f} "
+            f"MiB; as it is played it is {100 * trial.error:.2g} % of white off the whole"
         )
 
     def why_nothing_fits(self, limit: int | None) -> str:
