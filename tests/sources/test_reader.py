@@ -65,4 +65,5 @@ def test_memory_does_not_grow_with_the_clip(
         tracemalloc.stop()
         return highest
 
+    peak(3)  # modules and tables of the first clip stay in memory
     assert peak(240) < 1.2 * peak(60)
