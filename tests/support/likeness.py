@@ -113,7 +113,7 @@ def settings(
 def fire_of(profile: Profile, wanted: ProfileFireSettings) -> GeneratedFire:
     """Generate fire, to be seen by any number of cameras."""
     with Workers(2) as workers:
-        return calibrate(profile, wanted, workers)
+        return calibrate(profile, wanted, workers).fire
 
 
 def seen(

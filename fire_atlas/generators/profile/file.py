@@ -238,7 +238,8 @@ def _side(block: _SideBlock, grid: DetailGrid) -> Side:
     for name in ("points", "points_as_learnt", "leans", "offset", "ratio"):
         if (items := len(getattr(block, name))) != count:
             raise ValueError(f"{name}: has {items} items for {count} frames")
-    colours, learnt = block.colours.table(), block.colours_as_learnt.table()
+    learnt = block.colours_as_learnt.table()
+    colours = learnt if block.colours == block.colours_as_learnt else block.colours.table()
     if colours.colours.shape != learnt.colours.shape:
         raise ValueError("colours: must have as many cells as colours_as_learnt")
     if not all(0 <= frame < count for leaning_set in block.sets for frame in leaning_set.frames):

@@ -88,7 +88,8 @@ class _FrameMeasurements:
 def frame_difference(one: Pixels, other: Pixels) -> float:
     """Return the root of the summed squared difference of two frames in linear light. A sum, not a
     mean, so that empty room around the fire does not change it."""
-    return float(np.sqrt(np.square(one - other).sum(dtype=np.float64)))
+    difference = one - other
+    return float(np.sqrt(np.square(difference, out=difference).sum(dtype=np.float64)))
 
 
 def measure_clip(
