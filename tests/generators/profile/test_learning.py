@@ -17,8 +17,9 @@ from fire_atlas.generators.profile.generate.particles import (
     peripheral_curve,
     rise_time,
 )
+from fire_atlas.generators.profile.learn.colour_table import cell_sums, colour_table
 from fire_atlas.generators.profile.learn.fitness import refuse_unfit
-from fire_atlas.generators.profile.learn.learn import colour_table, leaning_sets
+from fire_atlas.generators.profile.learn.learn import leaning_sets
 from fire_atlas.generators.profile.model import LeaningSet, swinging
 from fire_atlas.recipe.source import FramesSource, ProfileSource
 from fire_atlas.sources.frames import open_with_proxy
@@ -43,15 +44,16 @@ from tests.support.likeness import learnt
 @pytest.mark.parametrize("size", [2, 5, 8])
 def test_the_colour_table_is_that_of_the_flame(size: int) -> None:
     pixels, mask, colours = cells_of(size, lambda r, c: (255 - 9 * r, 60 + 20 * c, 10 + 12 * r))
-    table = colour_table([(pixels, mask)] * 3, size)
+    table = colour_table(3 * cell_sums(pixels, mask, size))
     assert np.abs(table.colours.astype(int) - colours).max() <= 2
     assert table.coverage == pytest.approx(np.ones((size, size)))
 
 
 def test_the_table_means_light_not_bytes() -> None:
     white, black = np.ones((HEIGHT, WIDTH), np.bool_), np.ones((HEIGHT, WIDTH), np.bool_)
-    frames = [(painted(white, (255, 255, 255)), white), (painted(black, (0, 0, 0)), black)]
-    assert (colour_table(frames, 2).colours == 188).all()  # half the light of 255
+    bright = cell_sums(painted(white, (255, 255, 255)), white, 2)
+    dark = cell_sums(painted(black, (0, 0, 0)), black, 2)
+    assert (colour_table(bright + dark).colours == 188).all()  # half the light of 255
 
 
 def test_every_frame_of_a_known_clip_gives_its_points_and_its_lean() -> None:
