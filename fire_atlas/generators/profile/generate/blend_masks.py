@@ -9,8 +9,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from fire_atlas.core.easing import smooth_step
 from fire_atlas.core.pixels import Plane, as_plane
@@ -75,7 +75,7 @@ class _Billboards:
 
 
 def blend_masks(
-    fire: GeneratedFire, azimuth: float, half_width: float, taper: CubicSpline, time: float
+    fire: GeneratedFire, azimuth: float, half_width: float, taper: Polynomial, time: float
 ) -> list[BlendMask]:
     """Return the masks of all frames of the clip that are visible at ``time``.
 
@@ -105,7 +105,7 @@ def blend_masks(
 
 
 def _billboards(
-    fire: GeneratedFire, azimuth: float, half_width: float, taper: CubicSpline, time: float
+    fire: GeneratedFire, azimuth: float, half_width: float, taper: Polynomial, time: float
 ) -> _Billboards:
     """Return the billboards of the visible particles; arguments as for ``blend_masks``."""
     particles, grid, front = fire.particles, fire.profile.grid, fire.profile.front

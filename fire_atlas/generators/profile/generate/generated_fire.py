@@ -6,14 +6,13 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 from scipy.ndimage import gaussian_filter1d
 
 from fire_atlas.core.pixels import REC709, Plane, as_plane
 from fire_atlas.generators.profile.generate.particles import (
     DRAWN_UP_TO,
     Particles,
-    peripheral_curve,
+    PeripheralCurve,
     rise_time,
 )
 from fire_atlas.generators.profile.generate.playback import (
@@ -179,7 +178,7 @@ class GeneratedFire:
     profile: Profile
     settings: GenerationSettings
     detail: float
-    base_curve: CubicSpline
+    base_curve: PeripheralCurve
     slice_azimuths: NDArray[np.float64]
     slice_planes: NDArray[np.intp]
     slice_tracks: NDArray[np.intp]
@@ -217,7 +216,7 @@ class GeneratedFire:
         """Generate a fire whose frames are not timed yet."""
         grid, sides, shared = profile.grid, profile.sides, settings.generation
         wind = WindResponse.of(shared.wind, shared.frames, shared.fps, shared.loop)
-        base_curve = peripheral_curve(1.0, sides[-1].half_width / sides[0].half_width)
+        base_curve = PeripheralCurve(1.0, sides[-1].half_width / sides[0].half_width)
         azimuths = math.pi * ((np.arange(settings.slices) + 0.5) / settings.slices - 0.5)
         slice_planes = (np.abs(azimuths) > math.pi / 4).astype(np.intp) * (len(sides) - 1)
         rise = rise_time(grid.rows_above / grid.cells_per_height, profile.rise_speed)

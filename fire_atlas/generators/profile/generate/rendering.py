@@ -8,8 +8,8 @@ from typing import ClassVar
 
 import cv2
 import numpy as np
+from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 from scipy.special import ndtr
 
 from fire_atlas.core.camera import Camera
@@ -28,7 +28,6 @@ from fire_atlas.generators.profile.generate.particle_cloud import (
     billboard_margin,
     fitted_taper,
 )
-from fire_atlas.generators.profile.generate.particles import half_width
 from fire_atlas.generators.profile.generate.round_form import Column, column_front
 from fire_atlas.generators.profile.generate.shading import ShadeTable, shade_table, taper_of
 from fire_atlas.generators.profile.generate.skeleton import Displacement, skeletons
@@ -80,14 +79,14 @@ class ProfileRendering:
     fire: GeneratedFire
     camera: Camera
     half_width: float
-    taper: CubicSpline
+    taper: Polynomial
     shades: ShadeTable
     cloud: ParticleCloud
 
     @classmethod
     def of(cls, fire: GeneratedFire, camera: Camera) -> "ProfileRendering":
         """Set up the drawing of ``fire`` as seen by ``camera``."""
-        half = half_width(fire.base_curve, camera.azimuth) * fire.profile.front.half_width
+        half = fire.base_curve.half_width(camera.azimuth) * fire.profile.front.half_width
         shades = shade_table(fire.profile, camera.azimuth)
         colours = TableColours.of(fire.profile, camera.azimuth)
         cloud = ParticleCloud(fire, camera, colours, fitted_taper(fire.profile))
@@ -205,7 +204,7 @@ class ProfileRendering:
     def _from_the_right(self) -> "ProfileRendering":
         """Return the same fire at a right angle, of which only poses and outlines are asked."""
         camera = replace(self.camera, azimuth=self.camera.azimuth + math.pi / 2)
-        half = half_width(self.fire.base_curve, camera.azimuth)
+        half = self.fire.base_curve.half_width(camera.azimuth)
         return replace(self, camera=camera, half_width=half * self.fire.profile.front.half_width)
 
     def smoke(self, index: int) -> Plane:
