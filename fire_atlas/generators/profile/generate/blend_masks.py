@@ -90,8 +90,9 @@ def blend_masks(
     behind = np.cos(fire.slice_azimuths - azimuth) < 0
     keys = np.stack([fire.slice_planes, fire.slice_tracks, behind]).T
     found: dict[tuple[int, int, bool], Plane] = {}
-    for plane, track, is_behind in np.unique(keys, axis=0):
-        shows = (keys == (plane, track, is_behind)).all(axis=1)[boards.slices]
+    groups, group = np.unique(keys, axis=0, return_inverse=True)
+    for k, (plane, track, is_behind) in enumerate(groups):
+        shows = group[boards.slices] == k
         weight = np.square(boards.down[shows].T @ boards.right[shows])
         if track == 0:
             weight = weight + np.float32(_LEADING) * weight.max(initial=1e-6)
