@@ -296,7 +296,9 @@ def _correlation_length(scores: NDArray[np.float32], varies: NDArray[np.bool_]) 
         both = varies[:, apart:] & varies[:, :-apart]
         if not both.any():
             return float(apart)
-        products = scores[:, :, apart:] * scores[:, :, :-apart]
-        if float(products.mean(axis=0)[both].mean()) < 0.5:
+        products = np.zeros(both.shape, np.float32)
+        for plane in scores:  # all at once they would not fit into the processor's cache
+            products += plane[:, apart:] * plane[:, :-apart]
+        if float((products / len(scores))[both].mean()) < 0.5:
             return float(apart)
     return float(scores.shape[2] / 2)
