@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from fire_atlas.core.clip import Clip, ProxiedClip, Window, kept
+from fire_atlas.core.clip import Clip, ProxiedClip, Window
 from fire_atlas.core.errors import SourceError, about
 from fire_atlas.core.picture import Picture, as_light, to_light
 from fire_atlas.core.pixels import Pixels
@@ -101,7 +101,9 @@ def open_with_proxy(
     matte is computed.
     """
     clip, reader, chosen, choice = _open(settings, path, context)
-    scale = min(1.0, side / max(clip.width, clip.height))
+    scale = side / max(clip.width, clip.height)
+    if scale >= 1:
+        return ProxiedClip(clip, clip)
     width, height = (max(1, round(scale * length)) for length in (clip.width, clip.height))
 
     def small(i: int) -> Picture:
@@ -112,7 +114,7 @@ def open_with_proxy(
         light = reduce(picture, width, height)
         return matte.apply(choice.matte, light, clip.blend_space, choice.black)
 
-    return ProxiedClip(clip, kept(replace(clip, width=width, height=height, picture=small)))
+    return ProxiedClip(clip, replace(clip, width=width, height=height, picture=small))
 
 
 def _open(

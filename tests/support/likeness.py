@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
+from itertools import repeat
 from typing import Any, Literal
 
 import cv2
@@ -21,8 +22,8 @@ from fire_atlas.generators.profile.generate.generated_fire import (
     ProfileFireSettings,
 )
 from fire_atlas.generators.profile.generate.rendering import renderings
+from fire_atlas.generators.profile.learn.colour_table import cell_sums, colour_table
 from fire_atlas.generators.profile.learn.features import FireMask, feature_points, flame_lean
-from fire_atlas.generators.profile.learn.learn import colour_table
 from fire_atlas.generators.profile.model import ColourTable, FeaturePoints, Profile
 from fire_atlas.generators.rendering import rendered_clip
 from fire_atlas.generators.settings import GenerationSettings
@@ -113,7 +114,7 @@ def settings(
 def fire_of(profile: Profile, wanted: ProfileFireSettings) -> GeneratedFire:
     """Generate fire, to be seen by any number of cameras."""
     with Workers(2) as workers:
-        return calibrate(profile, wanted, workers)
+        return calibrate(profile, wanted, workers).fire
 
 
 def seen(
@@ -159,9 +160,9 @@ def _look(clip: Clip, mask: FireMask, cells: int) -> Look:
     for i in range(clip.count):
         pixels = clip.read(i)
         binarized = mask.binarized(pixels)
-        frames.append(mask.isolated(pixels, binarized))
+        frames.append(mask.isolated(pixels))
         flames.append(largest_flame(binarized))
-    table = colour_table(zip(frames, flames, strict=True), cells)
+    table = colour_table(np.sum([*map(cell_sums, frames, flames, repeat(cells))], axis=0))
     lit = [flame for flame in flames if flame.any()]
     leans = np.array([flame_lean(flame) for flame in lit])
     return Look([feature_points(flame) for flame in lit], leans, table, frames)

@@ -238,17 +238,20 @@ def _side(block: _SideBlock, grid: DetailGrid) -> Side:
     for name in ("points", "points_as_learnt", "leans", "offset", "ratio"):
         if (items := len(getattr(block, name))) != count:
             raise ValueError(f"{name}: has {items} items for {count} frames")
-    colours, learnt = block.colours.table(), block.colours_as_learnt.table()
+    learnt = block.colours_as_learnt.table()
+    colours = learnt if block.colours == block.colours_as_learnt else block.colours.table()
     if colours.colours.shape != learnt.colours.shape:
         raise ValueError("colours: must have as many cells as colours_as_learnt")
     if not all(0 <= frame < count for leaning_set in block.sets for frame in leaning_set.frames):
         raise ValueError(f"sets: there are only frames 0 to {count - 1}")
+    learnt_points = tuple(FeaturePoints(*places) for places in block.points_as_learnt)
+    points = tuple(FeaturePoints(*places) for places in block.points)
     return Side(
         fps=block.fps,
         closed=block.closed,
         threshold=block.threshold,
-        points=tuple(FeaturePoints(*places) for places in block.points),
-        learnt_points=tuple(FeaturePoints(*places) for places in block.points_as_learnt),
+        points=learnt_points if points == learnt_points else points,
+        learnt_points=learnt_points,
         leans=block.leans,
         statistics=ClipStatistics(
             Percentiles(*statistics.height), Percentiles(*statistics.width),

@@ -66,10 +66,13 @@ def generate_clips(
         longer_side: The longer side of the frames, px, in place of ``height``.
     """
     generation = settings.generation
-    fire = calibrate(profile, settings, workers)
+    timed = calibrate(profile, settings, workers)
     elevation = generation.views.elevation
-    views = renderings(fire, generation.azimuths(), elevation, height, longer_side)
-    return [rendered_clip(view, generation, blend_space, inputs) for view in views]
+    views = renderings(timed.fire, generation.azimuths(), elevation, height, longer_side)
+    clips = [rendered_clip(view, generation, blend_space, inputs) for view in views]
+    return [
+        replace(clip, picture=timed.picture(view)) for clip, view in zip(clips, views, strict=True)
+    ]
 
 
 def generate_in_wind(
@@ -84,7 +87,7 @@ def generate_in_wind(
     """Generate a fire in each of the winds that it changes between; see ``generate_clips``."""
     shared = settings.generation
     generations = shared.in_each_wind()
-    fires = [calibrate(profile, replace(settings, generation=g), workers) for g in generations]
+    fires = [calibrate(profile, replace(settings, generation=g), workers).fire for g in generations]
     views = renderings_in_wind(fires, shared.views.elevation, height, longer_side)
     loops = tuple(
         rendered_clip(view, generation, blend_space, inputs)

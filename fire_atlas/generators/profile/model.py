@@ -9,7 +9,6 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.interpolate import CubicSpline
 from scipy.ndimage import gaussian_filter1d
 
 from fire_atlas.core.pixels import Bytes, Pixels, decode_bytes
@@ -46,6 +45,9 @@ STATE_EDGES = (-30.0, -20.0, -10.0, 0.0, 10.0, 20.0, 30.0)
 
 _PERIOD_SIGMA = 2.0
 """Standard deviation of the smoothing that tells periods apart, frames: each lasts some frames."""
+
+_NODE_DISTANCE = HIGHEST_NODE / (NODES - 1)
+"""Distance of neighbouring nodes, flame heights."""
 
 Period = Literal["swing", "rest"]
 """Whether the lean changes fast in a frame (``swing``) or hardly (``rest``)."""
@@ -185,15 +187,30 @@ def node_heights() -> NDArray[np.float64]:
 
 
 def interpolated(curve: NDArray[np.float64], heights: NDArray[np.floating]) -> NDArray[np.float64]:
-    """Return the values of a pose curve (NODES,) at ``heights``; it is constant beyond its ends."""
-    weights = _node_weights()(np.clip(heights, 0.0, HIGHEST_NODE))
-    return np.asarray(weights @ curve, np.float64)
+    """Return the values of a pose curve (NODES,) at ``heights``: a cubic spline through its nodes,
+    level at its ends and constant beyond them."""
+    place = np.clip(heights, 0.0, HIGHEST_NODE) / _NODE_DISTANCE
+    node = np.minimum(place.astype(np.intp), NODES - 2)
+    slopes = _node_slopes() @ curve
+    (y0, y1), (s0, s1) = ((values[node], values[node + 1]) for values in (curve, slopes))
+    t = place - node
+    # Hermite's cubic between two nodes.
+    rise = y1 - y0
+    return np.asarray(
+        y0 + t * (s0 + t * (3 * rise - 2 * s0 - s1 + t * (s0 + s1 - 2 * rise))), np.float64
+    )
 
 
 @cache
-def _node_weights() -> CubicSpline:
-    """Cubic spline of the weights (NODES,) of all nodes at a height; level at its ends."""
-    return CubicSpline(node_heights(), np.eye(NODES), bc_type="clamped")
+def _node_slopes() -> NDArray[np.float64]:
+    """(NODES, NODES): slope of the spline at each node, per distance of nodes, for a value of 1 at
+    each node: that with which its curvature is continuous, and 0 at the ends."""
+    inside = np.arange(1, NODES - 1)
+    equations, differences = np.eye(NODES), np.zeros((NODES, NODES))
+    equations[inside, inside] = 4
+    equations[inside, inside - 1] = equations[inside, inside + 1] = 1
+    differences[inside, inside + 1], differences[inside, inside - 1] = 3, -3
+    return np.asarray(np.linalg.solve(equations, differences), np.float64)
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,19 +7,25 @@ import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 
 from fire_atlas.core.errors import SourceError
 from fire_atlas.core.pixels import Pixels, linear_to_srgb
 from fire_atlas.core.workers import Workers
 from fire_atlas.generators.profile.generate.particles import (
-    half_width,
+    PeripheralCurve,
     height_after,
-    peripheral_curve,
     rise_time,
 )
+from fire_atlas.generators.profile.learn.colour_table import cell_sums, colour_table
 from fire_atlas.generators.profile.learn.fitness import refuse_unfit
-from fire_atlas.generators.profile.learn.learn import colour_table, leaning_sets
-from fire_atlas.generators.profile.model import LeaningSet, swinging
+from fire_atlas.generators.profile.learn.learn import leaning_sets
+from fire_atlas.generators.profile.model import (
+    LeaningSet,
+    interpolated,
+    node_heights,
+    swinging,
+)
 from fire_atlas.recipe.source import FramesSource, ProfileSource
 from fire_atlas.sources.frames import open_with_proxy
 from fire_atlas.sources.profile import learn_from_files
@@ -43,15 +49,16 @@ from tests.support.likeness import learnt
 @pytest.mark.parametrize("size", [2, 5, 8])
 def test_the_colour_table_is_that_of_the_flame(size: int) -> None:
     pixels, mask, colours = cells_of(size, lambda r, c: (255 - 9 * r, 60 + 20 * c, 10 + 12 * r))
-    table = colour_table([(pixels, mask)] * 3, size)
+    table = colour_table(3 * cell_sums(pixels, mask, size))
     assert np.abs(table.colours.astype(int) - colours).max() <= 2
     assert table.coverage == pytest.approx(np.ones((size, size)))
 
 
 def test_the_table_means_light_not_bytes() -> None:
     white, black = np.ones((HEIGHT, WIDTH), np.bool_), np.ones((HEIGHT, WIDTH), np.bool_)
-    frames = [(painted(white, (255, 255, 255)), white), (painted(black, (0, 0, 0)), black)]
-    assert (colour_table(frames, 2).colours == 188).all()  # half the light of 255
+    bright = cell_sums(painted(white, (255, 255, 255)), white, 2)
+    dark = cell_sums(painted(black, (0, 0, 0)), black, 2)
+    assert (colour_table(bright + dark).colours == 188).all()  # half the light of 255
 
 
 def test_every_frame_of_a_known_clip_gives_its_points_and_its_lean() -> None:
@@ -413,14 +420,23 @@ def test_particles_rise_through_three_regimes() -> None:
         assert reached == pytest.approx(wanted, rel=0.35 if wanted < 1 else 1e-6)
 
 
-def test_the_peripheral_curve_goes_through_the_extreme_points_of_both_views() -> None:
-    curve = peripheral_curve(3.0, 2.0)
-    quarter = np.pi / 2
-    wanted = [(3, 0), (0, 2), (-3, 0), (0, -2), (3, 0)]
-    assert np.allclose(curve(np.arange(5) * quarter), wanted)
-    assert half_width(curve, 0.0) == pytest.approx(3.0, rel=0.02)
-    assert half_width(curve, quarter) == pytest.approx(2.0, rel=0.02)
-    assert 2.0 < half_width(curve, quarter / 2) < 3.0
+def test_the_peripheral_curve_is_a_spline_through_the_extreme_points_of_both_views() -> None:
+    curve, quarter = PeripheralCurve(3.0, 2.0), np.pi / 2
+    points = [(3, 0), (0, 2), (-3, 0), (0, -2), (3, 0)]
+    spline = CubicSpline(np.arange(5) * quarter, points, bc_type="periodic")
+    azimuths = np.linspace(0, 2 * np.pi, 50)
+    assert np.allclose(np.stack(curve.at(azimuths), axis=1), spline(azimuths))
+    assert curve.half_width(0.0) == pytest.approx(3.0, rel=0.02)
+    assert curve.half_width(quarter) == pytest.approx(2.0, rel=0.02)
+    assert 2.0 < curve.half_width(quarter / 2) < 3.0
+
+
+def test_a_pose_curve_is_a_spline_that_is_level_at_its_ends() -> None:
+    curve = np.random.default_rng(0).normal(size=len(node_heights()))
+    spline = CubicSpline(node_heights(), curve, bc_type="clamped")
+    heights = np.linspace(-0.2, 1.8, 50)
+    within = np.clip(heights, 0, node_heights()[-1])
+    assert np.allclose(interpolated(curve, heights), spline(within))
 
 
 def test_the_colour_difference_is_that_of_the_standard() -> None:

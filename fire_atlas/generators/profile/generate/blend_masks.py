@@ -9,8 +9,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from fire_atlas.core.easing import smooth_step
 from fire_atlas.core.pixels import Plane, as_plane
@@ -75,7 +75,7 @@ class _Billboards:
 
 
 def blend_masks(
-    fire: GeneratedFire, azimuth: float, half_width: float, taper: CubicSpline, time: float
+    fire: GeneratedFire, azimuth: float, half_width: float, taper: Polynomial, time: float
 ) -> list[BlendMask]:
     """Return the masks of all frames of the clip that are visible at ``time``.
 
@@ -90,8 +90,9 @@ def blend_masks(
     behind = np.cos(fire.slice_azimuths - azimuth) < 0
     keys = np.stack([fire.slice_planes, fire.slice_tracks, behind]).T
     found: dict[tuple[int, int, bool], Plane] = {}
-    for plane, track, is_behind in np.unique(keys, axis=0):
-        shows = (keys == (plane, track, is_behind)).all(axis=1)[boards.slices]
+    groups, group = np.unique(keys, axis=0, return_inverse=True)
+    for k, (plane, track, is_behind) in enumerate(groups):
+        shows = group[boards.slices] == k
         weight = np.square(boards.down[shows].T @ boards.right[shows])
         if track == 0:
             weight = weight + np.float32(_LEADING) * weight.max(initial=1e-6)
@@ -105,7 +106,7 @@ def blend_masks(
 
 
 def _billboards(
-    fire: GeneratedFire, azimuth: float, half_width: float, taper: CubicSpline, time: float
+    fire: GeneratedFire, azimuth: float, half_width: float, taper: Polynomial, time: float
 ) -> _Billboards:
     """Return the billboards of the visible particles; arguments as for ``blend_masks``."""
     particles, grid, front = fire.particles, fire.profile.grid, fire.profile.front

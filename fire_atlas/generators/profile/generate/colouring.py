@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fire_atlas.core.pixels import Pixels, decode_bytes, luminance
+from fire_atlas.core.pixels import Pixels, brightness, decode_bytes, luminance
 from fire_atlas.generators.profile.flame_region import largest_flame
 from fire_atlas.generators.profile.model import ColourTable, Profile
 from fire_atlas.vision.warp import sample_at
@@ -89,6 +89,7 @@ class TableColours:
         current, learnt: Their fields.
         coverage: (n, n) float32, 0..1: coverage as learnt.
         coverage_gain: (n, n) float32: coverage as edited over that learnt.
+        is_edited: Whether they differ.
         threshold: Brightness above which a pixel is flame, 0..255.
     """
 
@@ -96,6 +97,7 @@ class TableColours:
     learnt: ColourField
     coverage: _Array
     coverage_gain: _Array
+    is_edited: bool
     threshold: float
 
     @classmethod
@@ -126,39 +128,39 @@ class TableColours:
         is_edited = any(side.colours is not side.learnt_colours for side in profile.sides)
         as_learnt = ColourField(learnt)
         return cls(
-            ColourField(current) if is_edited else as_learnt, as_learnt, coverage, gain, threshold
-        )
+            ColourField(current) if is_edited else as_learnt, as_learnt, coverage, gain,
+            is_edited, threshold,
+        )  # fmt: skip
 
-    def applied(self, pixels: Pixels, bright: _Array) -> Pixels:
-        """Return a drawn flame (H, W, 4) in the colours of the table.
+    def apply(self, pixels: Pixels) -> None:
+        """Give a drawn flame (H, W, 4), within 0..1, the colours of the table, in place.
 
         Its hue is partly that of the table, and all of it goes with the edits of the table.
-        ``bright`` is its brightness (H, W), 0..255.
         """
         left, top, width, height = cv2.boundingRect((pixels[..., 3] > 0).view(np.uint8))
-        part = slice(top, top + height), slice(left, left + width)
-        coloured = pixels.copy()
-        coloured[part] = self._applied(pixels[part], bright[part])
-        return coloured
+        part = pixels[top : top + height, left : left + width]
+        flame = largest_flame((brightness(part, "srgb") > self.threshold).astype(np.uint8))
+        if flame.any():
+            self._apply(part, flame)
 
-    def _applied(self, pixels: Pixels, bright: _Array) -> Pixels:
-        flame = largest_flame((bright > self.threshold).astype(np.uint8))
-        if not flame.any():
-            return pixels
+    def _apply(self, pixels: Pixels, flame: NDArray[np.bool_]) -> None:
         across, down = (places.astype(np.float32) for places in _box_places(flame))
         x, y = np.meshgrid(across, down)
         current = self.current.at(x, y)
         learnt = current if self.learnt is self.current else self.learnt.at(x, y)
         light = luminance(pixels) / np.maximum(luminance(learnt), _LEAST)
-        share, gain = np.float32(_TABLE_SHARE), sample_table(self.coverage_gain, x, y)
-        coloured = np.empty(pixels.shape, np.float32)
-        coverage = np.clip(pixels[..., 3] * gain, 0, 1, out=coloured[..., 3])
-        for channel in range(3):  # numpy is slow along a short axis
-            now, before = current[..., channel], learnt[..., channel]
-            own = pixels[..., channel] * (now / np.maximum(before, np.float32(_LEAST)))
-            colour = own * (1 - share) + now * light * share
-            np.clip(colour * gain, 0, coverage, out=coloured[..., channel])
-        return coloured
+        *channels, coverage = cv2.split(pixels)
+        gain = sample_table(self.coverage_gain, x, y) if self.is_edited else None
+        if gain is not None:
+            coverage = np.clip(coverage * gain, 0, 1)
+        share, coloured = np.float32(_TABLE_SHARE), []
+        for own, now, before in zip(channels, cv2.split(current), cv2.split(learnt), strict=True):
+            colour = own * (now / np.maximum(before, np.float32(_LEAST))) * (1 - share)
+            colour += now * light * share
+            if gain is not None:
+                colour *= gain
+            coloured.append(np.clip(colour, 0, coverage, out=colour))
+        cv2.merge((*coloured, coverage), dst=pixels)
 
 
 def _mixed(shares: Sequence[float], tables: Sequence[_Array]) -> _Array:

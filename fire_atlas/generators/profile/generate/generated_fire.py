@@ -2,18 +2,18 @@
 
 import math
 from dataclasses import dataclass, replace
+from functools import cache
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 from scipy.ndimage import gaussian_filter1d
 
 from fire_atlas.core.pixels import REC709, Plane, as_plane
 from fire_atlas.generators.profile.generate.particles import (
     DRAWN_UP_TO,
     Particles,
-    peripheral_curve,
+    PeripheralCurve,
     rise_time,
 )
 from fire_atlas.generators.profile.generate.playback import (
@@ -171,15 +171,15 @@ class GeneratedFire:
         particles: All particles.
         planes: The plane of the front, and that at a right angle to it.
         flickers: By plane, (frames of the clip,) the score that all cells of a frame share.
-        autocorrelations: By plane, (rows, columns) correlation one frame apart of what is left of
-            the scores.
+        autocorrelations: By plane, (n, rows, columns) correlation 1, 2, 4, 8, ... frames apart of
+            what is left of the scores.
         frame_times: (frames,) time of each frame, in frames of the fire's own time.
     """
 
     profile: Profile
     settings: GenerationSettings
     detail: float
-    base_curve: CubicSpline
+    base_curve: PeripheralCurve
     slice_azimuths: NDArray[np.float64]
     slice_planes: NDArray[np.intp]
     slice_tracks: NDArray[np.intp]
@@ -187,7 +187,7 @@ class GeneratedFire:
     particles: Particles
     planes: tuple[PlaneOfFire, PlaneOfFire]
     flickers: tuple[NDArray[np.float32], ...]
-    autocorrelations: tuple[Plane, ...]
+    autocorrelations: tuple[NDArray[np.float32], ...]
     frame_times: NDArray[np.float64]
 
     @property
@@ -217,7 +217,7 @@ class GeneratedFire:
         """Generate a fire whose frames are not timed yet."""
         grid, sides, shared = profile.grid, profile.sides, settings.generation
         wind = WindResponse.of(shared.wind, shared.frames, shared.fps, shared.loop)
-        base_curve = peripheral_curve(1.0, sides[-1].half_width / sides[0].half_width)
+        base_curve = PeripheralCurve(1.0, sides[-1].half_width / sides[0].half_width)
         azimuths = math.pi * ((np.arange(settings.slices) + 0.5) / settings.slices - 0.5)
         slice_planes = (np.abs(azimuths) > math.pi / 4).astype(np.intp) * (len(sides) - 1)
         rise = rise_time(grid.rows_above / grid.cells_per_height, profile.rise_speed)
@@ -240,15 +240,15 @@ class GeneratedFire:
             PlaneOfFire.of(sides[0], wind, shared, 0),
             PlaneOfFire.of(sides[-1], wind, shared, 1),
         )
-        flickers = tuple(_shared_scores(plane.side.detail) for plane in planes)
+        flickers = [_shared_scores(side.detail) for side in sides]
+        correlations = [
+            _autocorrelation_maps(side.detail, flicker)
+            for side, flicker in zip(sides, flickers, strict=True)
+        ]
         return cls(
             profile, shared, settings.detail, base_curve, azimuths, slice_planes, tracks,
             lags.round(), particles, planes,
-            flickers,
-            tuple(
-                _autocorrelation_map(plane.side.detail, flicker)
-                for plane, flicker in zip(planes, flickers, strict=True)
-            ),
+            (flickers[0], flickers[-1]), (correlations[0], correlations[-1]),
             np.arange(shared.frames, dtype=np.float64),
         )  # fmt: skip
 
@@ -261,9 +261,15 @@ def _slice_tracks(profile: Profile, slices: int) -> NDArray[np.intp]:
     return np.arange(slices) * number // slices
 
 
+@cache
+def scores_of_bytes() -> NDArray[np.float32]:
+    """Return the normal score (256,) for which each byte of ``DetailModel.scores`` stands."""
+    return (np.arange(256, dtype=np.float32) - 128) / np.float32(SCORE_UNIT)
+
+
 def scores_of(detail: DetailModel, frame: int) -> Plane:
     """Return the normal scores (rows, columns) of a frame of the clip."""
-    return as_plane((detail.scores[frame].astype(np.float32) - 128) / np.float32(SCORE_UNIT))
+    return as_plane(cv2.LUT(detail.scores[frame], scores_of_bytes()))
 
 
 def _shared_scores(detail: DetailModel) -> NDArray[np.float32]:
@@ -276,9 +282,9 @@ def _shared_scores(detail: DetailModel) -> NDArray[np.float32]:
     return np.array(shared, np.float32)
 
 
-def _autocorrelation_map(detail: DetailModel, shared: NDArray[np.float32]) -> Plane:
-    """Return the correlation (rows, columns), 0..1, of each cell's scores one frame apart, without
-    what all cells of a frame ``shared`` (frames,)."""
+def _autocorrelation_maps(detail: DetailModel, shared: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the correlation (n, rows, columns), 0..1, of each cell's scores 1, 2, 4, 8, ... frames
+    apart, up to the length of the clip, without what all cells of a frame ``shared`` (frames,)."""
     product, power = np.zeros((2, *detail.scores.shape[1:]), np.float32)
     before = scores_of(detail, 0) - shared[0]
     for i in range(1, detail.count):
@@ -287,4 +293,7 @@ def _autocorrelation_map(detail: DetailModel, shared: NDArray[np.float32]) -> Pl
         power += after * after
         before = after
     correlation = product / np.maximum(power, np.float32(1e-6))
-    return as_plane(np.clip(cv2.GaussianBlur(correlation, (0, 0), 2.0), 0, 1))
+    maps = [as_plane(np.clip(cv2.GaussianBlur(correlation, (0, 0), 2.0), 0, 1))]
+    while 1 << len(maps) < detail.count:
+        maps.append(np.square(maps[-1]))
+    return np.stack(maps)

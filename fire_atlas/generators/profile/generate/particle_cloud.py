@@ -14,11 +14,7 @@ from fire_atlas.core.pixels import Pixels, as_plane
 from fire_atlas.generators.profile.generate.axis import BentAxis
 from fire_atlas.generators.profile.generate.colouring import TableColours, sample_table
 from fire_atlas.generators.profile.generate.generated_fire import GeneratedFire
-from fire_atlas.generators.profile.generate.particles import (
-    DRAWN_UP_TO,
-    half_width,
-    height_after,
-)
+from fire_atlas.generators.profile.generate.particles import DRAWN_UP_TO, height_after
 from fire_atlas.generators.profile.generate.skeleton import Skeleton
 from fire_atlas.generators.profile.model import Profile
 
@@ -119,7 +115,7 @@ class ParticleCloud:
         alive, share = alive[drawn], share[drawn]
         cos, sin = math.cos(self.camera.azimuth), math.sin(self.camera.azimuth)
         across = particles.x[alive] * cos + particles.z[alive] * sin
-        across = np.clip(across / half_width(self.fire.base_curve, self.camera.azimuth), -1, 1)
+        across = np.clip(across / self.fire.base_curve.half_width(self.camera.azimuth), -1, 1)
         places = skeleton.paths(across * (1 - _INSET * _BILLBOARD), share, self.taper)
         return places, share, across, particles.size[alive]
 

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from fire_atlas.core.chance import RandomStream, generator
 from fire_atlas.core.easing import smooth_step
@@ -41,26 +40,35 @@ def rise_time(height: float, rise_speed: float) -> float:
     return float(to_plume + late)
 
 
-def peripheral_curve(front: float, side: float) -> CubicSpline:
-    """Return the outline of the base seen from above: a closed cubic spline through the extreme
-    points of both views (Figure 12).
+@dataclass(frozen=True, slots=True)
+class PeripheralCurve:
+    """The outline of the base seen from above: a closed cubic spline through the extreme points of
+    both views (Figure 12).
 
-    Args:
+    Attributes:
         front: Half width seen from the front (azimuth 0), along x.
         side: Half width seen from the side, along z, the line of sight of the front.
-
-    Returns:
-        A spline that gives (x, z) at an azimuth in radians.
     """
-    turn = np.linspace(0, 2 * math.pi, 5)
-    ends = np.array([(front, 0), (0, side), (-front, 0), (0, -side), (front, 0)])
-    return CubicSpline(turn, ends, bc_type="periodic")
+
+    front: float
+    side: float
+
+    def at(self, azimuths: NDArray[np.floating]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return its x and z (n,) at ``azimuths`` (n,), radians."""
+        quarters = azimuths / (math.pi / 2)
+        return self.front * _wave(quarters), self.side * _wave(quarters - 1)
+
+    def half_width(self, azimuth: float) -> float:
+        """Return half its width seen from ``azimuth``, radians."""
+        x, z = self.at(np.linspace(0, 2 * math.pi, 361))
+        return float((x * math.cos(azimuth) + z * math.sin(azimuth)).max())
 
 
-def half_width(curve: CubicSpline, azimuth: float) -> float:
-    """Return half the width of the closed ``curve`` seen from ``azimuth``, radians."""
-    x, z = curve(np.linspace(0, 2 * math.pi, 361)).T
-    return float((x * math.cos(azimuth) + z * math.sin(azimuth)).max())
+def _wave(quarters: NDArray[np.floating]) -> NDArray[np.float64]:
+    """Return the closed cubic spline that is 1, 0, -1 and 0 after whole ``quarters`` (n,) of a
+    turn."""
+    zigzag = np.abs(np.mod(quarters, 4) - 2) - 1
+    return np.asarray(zigzag * (3 - zigzag * zigzag) / 2, np.float64)
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,7 +95,7 @@ class Particles:
     @classmethod
     def random(
         cls, seed: int, azimuths: NDArray[np.float64], alive: int, rising: float, lifetime: int,
-        period: int, curve: CubicSpline,
+        period: int, curve: PeripheralCurve,
     ) -> "Particles":  # fmt: skip
         """Spawn particles at random, evenly over the period.
 
@@ -97,7 +105,7 @@ class Particles:
             alive: Number of particles in a slice at any time, below ``DRAWN_UP_TO``.
             rising: Frames that one takes to there.
             lifetime, period: See the class.
-            curve: Outline of the base, from ``peripheral_curve``.
+            curve: Outline of the base.
         """
         parts = []
         number = max(1, round(alive * period / rising))
@@ -106,9 +114,9 @@ class Particles:
             birth = (np.arange(number) + chance.random(number)) * period / number
             distance = chance.uniform(-1, 1, number)
             direction = np.where(distance < 0, azimuth + math.pi, azimuth)
-            places = curve(np.mod(direction, 2 * math.pi)) * np.abs(distance)[:, None]
+            x, z = (place * np.abs(distance) for place in curve.at(direction))
             size = np.exp(chance.normal(0, 0.2, number))
-            parts.append((birth, np.full(number, k), *places.T, size))
+            parts.append((birth, np.full(number, k), x, z, size))
         birth, slice_, x, z, size = (np.concatenate(part) for part in zip(*parts, strict=True))
         return cls(birth, slice_, x, z, size, lifetime, period)
 

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
 from fire_atlas.core.chance import RandomStream, generator
-from fire_atlas.core.easing import smooth_step
 from fire_atlas.generators.profile.model import STATE_EDGES, Side
 
 MEAN_WINDOWS = 6.0
@@ -238,10 +237,9 @@ class Playback:
                 until = run.length + self.transition
                 if not 0 <= age < until:
                     continue
-                shares = np.array([(age + 1), until - age]) / (self.transition + 1)
-                weight = float(smooth_step(shares).prod())
-                if run.start == 0 and not self.loop:
-                    weight = float(smooth_step(shares[1:])[0])
+                weight = _smooth_step((until - age) / (self.transition + 1))
+                if run.start > 0 or self.loop:
+                    weight *= _smooth_step((age + 1) / (self.transition + 1))
                 frames = self.sequence.frames_at(self.sequence.after(run.first, age))
                 seen.append(ClipMoment(*frames, run.mirrored, weight))
         total = sum(moment.weight for moment in seen)
@@ -271,9 +269,12 @@ class Playback:
 
     def bend_at(self, time: float) -> float:
         """Return the shear to the right at ``time``, degrees."""
-        at = np.arange(self.frames)
-        period = self.frames if self.loop else None
-        return float(np.interp(time, at, self.bend, period=period))
+        last = self.frames - 1
+        time = time % self.frames if self.loop else min(max(time, 0.0), last)
+        before = int(time)
+        after = (before + 1) % self.frames if self.loop else min(before + 1, last)
+        first, second = float(self.bend[before]), float(self.bend[after])
+        return (second - first) * (time - before) + first
 
 
 @dataclass(frozen=True, slots=True)
@@ -301,6 +302,12 @@ class ChangingPlayback(Playback):
         fading = [(moment, 1 - self.share) for moment in before]
         fading += [(moment, self.share) for moment in after]
         return [replace(moment, weight=moment.weight * share) for moment, share in fading]
+
+
+def _smooth_step(share: float) -> float:
+    """Return ``smooth_step`` of one number."""
+    x = min(max(share, 0.0), 1.0)
+    return x * x * (3 - 2 * x)
 
 
 def frames_in_sets(side: Side) -> NDArray[np.bool_]:

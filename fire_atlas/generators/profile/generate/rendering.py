@@ -4,31 +4,31 @@ import itertools
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import reduce
 from typing import ClassVar
 
 import cv2
 import numpy as np
+from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 from scipy.special import ndtr
 
 from fire_atlas.core.camera import Camera
 from fire_atlas.core.clip import FrontSurface, Values
-from fire_atlas.core.pixels import Pixels, Plane, as_plane, brightness
+from fire_atlas.core.pixels import Pixels, Plane, as_plane
 from fire_atlas.generators.profile.generate.axis import BentAxis, FramePlaces
 from fire_atlas.generators.profile.generate.blend_masks import MASK_CELL, BlendMask, blend_masks
 from fire_atlas.generators.profile.generate.colouring import TableColours
 from fire_atlas.generators.profile.generate.generated_fire import (
     GeneratedFire,
     frames_of,
-    scores_of,
+    scores_of_bytes,
 )
 from fire_atlas.generators.profile.generate.particle_cloud import (
     ParticleCloud,
     billboard_margin,
     fitted_taper,
 )
-from fire_atlas.generators.profile.generate.particles import half_width
 from fire_atlas.generators.profile.generate.round_form import Column, column_front
 from fire_atlas.generators.profile.generate.shading import ShadeTable, shade_table, taper_of
 from fire_atlas.generators.profile.generate.skeleton import Displacement, skeletons
@@ -80,14 +80,14 @@ class ProfileRendering:
     fire: GeneratedFire
     camera: Camera
     half_width: float
-    taper: CubicSpline
+    taper: Polynomial
     shades: ShadeTable
     cloud: ParticleCloud
 
     @classmethod
     def of(cls, fire: GeneratedFire, camera: Camera) -> "ProfileRendering":
         """Set up the drawing of ``fire`` as seen by ``camera``."""
-        half = half_width(fire.base_curve, camera.azimuth) * fire.profile.front.half_width
+        half = fire.base_curve.half_width(camera.azimuth) * fire.profile.front.half_width
         shades = shade_table(fire.profile, camera.azimuth)
         colours = TableColours.of(fire.profile, camera.azimuth)
         cloud = ParticleCloud(fire, camera, colours, fitted_taper(fire.profile))
@@ -123,8 +123,8 @@ class ProfileRendering:
         np.clip(seen, 0, 1, out=seen)
         for channel in range(3):  # numpy is slow along a short axis
             np.minimum(seen[..., channel], seen[..., 3], out=seen[..., channel])
-        bright = brightness(as_plane(seen), "srgb")
-        return as_plane(self.cloud.colours.applied(as_plane(seen), bright))
+        self.cloud.colours.apply(seen)
+        return seen
 
     def showing(self, fire: GeneratedFire) -> "ProfileRendering":
         """Return the rendering of another fire of the same profile by the same camera."""
@@ -205,7 +205,7 @@ class ProfileRendering:
     def _from_the_right(self) -> "ProfileRendering":
         """Return the same fire at a right angle, of which only poses and outlines are asked."""
         camera = replace(self.camera, azimuth=self.camera.azimuth + math.pi / 2)
-        half = half_width(self.fire.base_curve, camera.azimuth)
+        half = self.fire.base_curve.half_width(camera.azimuth)
         return replace(self, camera=camera, half_width=half * self.fire.profile.front.half_width)
 
     def smoke(self, index: int) -> Plane:
@@ -223,8 +223,10 @@ class ProfileRendering:
         bend, away = (math.radians(plane.playback.bend_at(time)) for plane in planes)
         # To the right of this camera, and away from it.
         lean = bend * cos + away * sin, away * cos - bend * sin
-        seen = skeletons(planes, time, self.camera.azimuth)
-        moved = None if (seen.moved.points == seen.learnt.points).all() else seen
+        moved = None
+        if any(side.points != side.learnt_points for side in self.fire.profile.sides):
+            seen = skeletons(planes, time, self.camera.azimuth)
+            moved = None if (seen.moved.points == seen.learnt.points).all() else seen
         aside = behind * cos * abs(cos) - middle * sin * abs(sin) + away_sway * cos - right * sin
         axis = BentAxis.of(
             lean, self.camera.elevation, _span(self.fire.profile), self._widest,
@@ -251,32 +253,38 @@ class ProfileRendering:
         """
         shape = self.fire.profile.grid.shape
         weights = [_enlarged(mask.weight, shape) for mask in masks]
-        mixed, power = np.zeros(shape, np.float32), np.full(shape, 1e-30, np.float32)
+        mixed, half = np.zeros(shape, np.float32), np.full(shape, 1e-30, np.float32)
         for mask, weight in zip(masks, weights, strict=True):
             mixed += weight * self._scores(mask)
-            power += weight * weight
+            half += weight * weight
+        half /= 2
         # The variance of a blend grows with the correlation of its frames.
         for (one, weight), (other, more) in itertools.combinations(
             zip(masks, weights, strict=True), 2
         ):
             if one.plane == other.plane and one.mirrored == other.mirrored:
-                power += 2 * weight * more * self._correlation(one.plane, one.frame, other.frame)
+                part = weight * more
+                part *= self._correlation(one.plane, one.frame, other.frame)
+                half += part
+        power = 2 * half
         return self.shades.colours(as_plane(ndtr(mixed / np.sqrt(power) + flicker)))
 
     def _correlation(self, plane: int, one: int, other: int) -> Plane:
-        """Return the correlation (rows, columns) of two frames' scores."""
+        """Return the correlation (rows, columns) of the scores of two frames of the clip."""
         sequence = self.fire.planes[plane].playback.sequence
         apart = abs(one - other)
         if sequence.closed:
             apart = min(apart, sequence.count - apart)
-        return _power(self.fire.autocorrelations[plane], apart)
+        maps = self.fire.autocorrelations[plane]
+        return reduce(np.multiply, (maps[k] for k in range(len(maps)) if apart >> k & 1))
 
     def _scores(self, mask: BlendMask) -> Plane:
         """Return the normal scores (rows, columns) of the frame of a mask, without what all of them
         share."""
-        scores = scores_of(self.fire.planes[mask.plane].side.detail, mask.frame)
-        scores = scores - self.fire.flickers[mask.plane][mask.frame]
-        return as_plane(scores[:, ::-1] if mask.mirrored else scores)
+        scores = self.fire.planes[mask.plane].side.detail.scores[mask.frame]
+        table = scores_of_bytes() - self.fire.flickers[mask.plane][mask.frame]
+        own = as_plane(cv2.LUT(scores, table))
+        return own[:, ::-1] if mask.mirrored else own
 
     def _flicker(self, index: int) -> float:
         """Return the score that all cells share in frame ``index``: that of the front's moment."""
@@ -476,17 +484,6 @@ def _largest_lean(fire: GeneratedFire) -> float:
         return max(float(np.abs(plane.playback.bend).max()) for plane in fire.planes)
     medians = [abs(side.statistics.lean.median) for side in fire.profile.sides]
     return LEAN_PER_LEVEL * peak + max(medians)
-
-
-def _power(base: Plane, exponent: int) -> Plane:
-    """Return ``base ** exponent``, by squaring: many times as fast as NumPy's power."""
-    power = np.ones_like(base)
-    while exponent:
-        if exponent & 1:
-            power *= base
-        base = base * base
-        exponent >>= 1
-    return power
 
 
 def _enlarged(weight: Plane, shape: tuple[int, int]) -> Plane:

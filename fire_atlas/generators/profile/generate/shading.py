@@ -4,8 +4,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from fire_atlas.core.pixels import REC709, Pixels, Plane, as_plane
 from fire_atlas.generators.profile.model import Profile, Side, decoded_shades
@@ -95,10 +95,10 @@ def _light(shades: Pixels) -> Plane:
     return as_plane(np.sqrt(np.clip(shades[..., :3] @ REC709, 0, 1)))
 
 
-def taper_of(profile: Profile) -> CubicSpline:
-    """Return the half width of the flame by height, in half widths of its foot."""
+def taper_of(profile: Profile) -> Polynomial:
+    """Return the half width of the flame by height, in half widths of its foot: a cubic."""
     heights = np.array([0.0, 0.35, 0.7, 1.05])
-    return CubicSpline(heights, [_half_width(profile, height) for height in heights])
+    return Polynomial.fit(heights, [_half_width(profile, height) for height in heights], 3)
 
 
 def _half_width(profile: Profile, height: float) -> float:

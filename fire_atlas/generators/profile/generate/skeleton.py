@@ -3,13 +3,16 @@
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import PchipInterpolator
 
 from fire_atlas.generators.profile.generate.generated_fire import PlaneOfFire, frames_of
 from fire_atlas.generators.profile.model import FeaturePoints
+
+if TYPE_CHECKING:
+    from scipy.interpolate import PchipInterpolator
 
 _LEFT, _BOTTOM, _RIGHT, _TOP = 0, 2, 4, 5
 """Indices of points, in the order of ``FeaturePoints``."""
@@ -53,10 +56,12 @@ class Skeleton:
         left, right = float(self.points[_LEFT, 0]), float(self.points[_RIGHT, 0])
         return (left + right) / 2, max((right - left) / 2, _MIN_SPAN)
 
-    def emitting_curve(self) -> PchipInterpolator:
+    def emitting_curve(self) -> "PchipInterpolator":
         """Return the height at which particles are born, by the distance to the right of the axis:
         a cubic spline through five points that goes no further than they do between two of them
         (Fritsch and Carlson's), however near to each other they were moved."""
+        from scipy.interpolate import PchipInterpolator  # slow to import, and seldom needed
+
         lower = self.points[: _RIGHT + 1]
         x, height = lower[np.argsort(lower[:, 0], kind="stable")].T
         # Points in one column would give no curve.

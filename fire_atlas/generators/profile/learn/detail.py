@@ -36,6 +36,7 @@ from fire_atlas.generators.profile.learn.measure import ClipMeasurements
 from fire_atlas.generators.profile.model import (
     FLOW_CELL,
     FLOW_UNIT,
+    MAX_FRAMES,
     SCORE_UNIT,
     SHADE_LEVELS,
     DetailGrid,
@@ -67,6 +68,9 @@ _TIP = 0.06
 
 _UPRIGHT = 1.5
 """Maximum lean of a fire that counts as symmetric, degrees."""
+
+_FRAME_BITS = MAX_FRAMES.bit_length()
+"""Bits of the number of a frame."""
 
 _NOISE_SIGMA = 0.5
 """Standard deviation of the blur that removes noise from scores, cells."""
@@ -138,18 +142,18 @@ def learn_detail(
     """Straighten every frame of ``clip`` onto ``grid`` and learn its scores, shades and flow."""
 
     def straight(i: int) -> tuple[Bytes, Plane]:
-        pixels = clip.read(i)
-        fire = measured.mask.isolated(pixels, measured.mask.binarized(pixels))
+        fire = measured.mask.isolated(clip.read(i))
         flat = _straightened(fire, i, measured, pose, grid)
         return as_bytes(flat), brightness(flat, clip.blend_space)
 
-    pictures, bright = zip(*workers.map(straight, range(clip.count)), strict=True)
+    pictures, planes = zip(*workers.map(straight, range(clip.count)), strict=True)
+    bright = np.stack(planes)
     scores = _normal_scores(bright)
-    varies = np.ptp(np.stack(bright), axis=0) > 16
+    varies = np.ptp(bright, axis=0) > 16
     return DetailModel(
         scores=np.clip(np.rint(scores * SCORE_UNIT + 128), 0, 255).astype(np.uint8),
-        shades=_shades(np.stack(pictures), np.argsort(np.stack(bright), axis=0, kind="stable")),
-        flow=_flow(bright, clip.fps),
+        shades=_shades(np.stack(pictures), _ascending(bright)),
+        flow=_flow(planes, clip.fps),
         autocorrelation=_autocorrelation(scores, varies),
         correlation_length=_correlation_length(scores, varies),
     )
@@ -174,34 +178,48 @@ def _straightened(
     return as_plane(flat)
 
 
-def _normal_scores(bright: Sequence[Plane]) -> NDArray[np.float32]:
+def _normal_scores(bright: NDArray[np.float32]) -> NDArray[np.float32]:
     """Return normal scores (frames, rows, columns) of each cell's brightness among all frames."""
-    order = np.argsort(_with_surroundings(bright), axis=0, kind="stable")
+    order = _ascending(_with_surroundings(bright))
     quantiles = ndtri((np.arange(len(bright)) + 0.5) / len(bright))
-    quantiles = quantiles / quantiles.std()
-    spread_out = np.broadcast_to(quantiles[:, None, None], order.shape)
-    scores = np.empty(order.shape, np.float32)
-    np.put_along_axis(scores, order, spread_out.astype(np.float32), axis=0)
+    quantiles = (quantiles / quantiles.std()).astype(np.float32)
+    of_cells = np.empty(order.shape, np.float32)
+    np.put_along_axis(of_cells, order, np.broadcast_to(quantiles, order.shape), axis=-1)
+    scores = np.ascontiguousarray(np.moveaxis(of_cells, -1, 0))
     for plane in scores:
         cv2.GaussianBlur(plane, (0, 0), _NOISE_SIGMA, plane)
     scores /= scores.std(axis=0)
     return scores
 
 
-def _with_surroundings(bright: Sequence[Plane]) -> NDArray[np.float32]:
+def _ascending(values: NDArray[np.float32]) -> NDArray[np.intp]:
+    """Return the numbers of the frames (rows, columns, frames) by the value of each cell in them,
+    ascending, and of equal values in their order; ``values`` (frames, rows, columns) are not
+    negative."""
+    # Bits of such floats ascend as they do. Whole numbers are sorted several times as fast.
+    of_cells = np.ascontiguousarray(np.moveaxis(np.abs(values), 0, -1)).view(np.uint32)
+    keys = of_cells.astype(np.uint64)
+    keys <<= _FRAME_BITS
+    keys |= np.arange(len(values), dtype=np.uint64)
+    keys.sort(axis=-1)
+    keys &= (1 << _FRAME_BITS) - 1
+    return keys.view(np.intp)
+
+
+def _with_surroundings(bright: NDArray[np.float32]) -> NDArray[np.float32]:
     """Return the values (frames, rows, columns) by which the frames of each cell are ranked.
 
     That is the brightness, plus some of its surroundings': frames whose brightness differs only by
     noise then have a similar order in neighbouring cells, so blended scores have smooth outlines.
     """
-    key, resting = np.stack(bright), _resting(bright)
+    key, resting = bright.copy(), _resting(bright)
     for plane, total in zip(bright, key, strict=True):
         for sigma, weight in ((2.0, 0.3), (6.0, 0.2), (_RESTING_SIGMA, resting)):
             total += np.float32(weight) * cv2.GaussianBlur(plane, (0, 0), sigma)
     return key
 
 
-def _resting(bright: Sequence[Plane]) -> Plane:
+def _resting(bright: NDArray[np.float32]) -> Plane:
     """Return the weight (rows, columns) of the surroundings of an edge that rests.
 
     Straightened frames have a steady outline in the same cells but for fractions of one, which
@@ -209,11 +227,10 @@ def _resting(bright: Sequence[Plane]) -> Plane:
     cell, and the outline of their blend is nicked. How far an edge moves, in cells, is the change
     of brightness in time by that in space.
     """
-    planes = np.stack(bright)
-    down, right = np.gradient(planes.mean(axis=0))
+    down, right = np.gradient(bright.mean(axis=0))
     change, slope = (
         cv2.GaussianBlur(as_plane(power), (0, 0), _RESTING_SIGMA)
-        for power in (planes.var(axis=0), down * down + right * right)
+        for power in (bright.var(axis=0), down * down + right * right)
     )
     moves = change / np.maximum(slope, 1e-3)
     weight = np.square(_RESTING**2 / np.maximum(moves, 1e-3))
@@ -221,16 +238,27 @@ def _resting(bright: Sequence[Plane]) -> Plane:
 
 
 def _shades(pictures: Bytes, order: NDArray[np.intp]) -> Bytes:
-    """Return ``DetailModel.shades``: each cell's colours at evenly spaced ranks of brightness."""
+    """Return ``DetailModel.shades``: each cell's colours at evenly spaced ranks of brightness.
+
+    Args:
+        pictures: (frames, rows, columns, 4) straight sRGB and coverage.
+        order: (rows, columns, frames) frames by the brightness of each cell in them.
+    """
     count = len(pictures)
     levels = min(SHADE_LEVELS, count)
+    places = np.linspace(0, count - 1, levels)
+    lower = places.astype(np.intp)
+    # The four channels of a cell as one value, and those of its frames side by side.
+    of_cells = np.ascontiguousarray(np.moveaxis(pictures.view(np.uint32)[..., 0], 0, -1))
+    dim, bright = (
+        np.take_along_axis(of_cells, order[..., ranks], axis=-1)
+        for ranks in (lower, np.minimum(lower + 1, count - 1))
+    )
     shades = np.empty((levels, *pictures.shape[1:]), np.uint8)
-    for level, place in enumerate(np.linspace(0, count - 1, levels)):
-        lower = int(place)
-        share = np.float32(place - lower)
+    for level, share in enumerate((places - lower).astype(np.float32)):
         pair = [
-            decoded_shades(np.take_along_axis(pictures, order[k][None, ..., None], axis=0)[0])
-            for k in (lower, min(lower + 1, count - 1))
+            decoded_shades(np.ascontiguousarray(seen[..., level : level + 1]).view(np.uint8))
+            for seen in (dim, bright)
         ]
         shades[level] = as_bytes(pair[0] * (1 - share) + pair[1] * share)
     return shades
@@ -268,7 +296,9 @@ def _correlation_length(scores: NDArray[np.float32], varies: NDArray[np.bool_]) 
         both = varies[:, apart:] & varies[:, :-apart]
         if not both.any():
             return float(apart)
-        products = scores[:, :, apart:] * scores[:, :, :-apart]
-        if float(products.mean(axis=0)[both].mean()) < 0.5:
+        products = np.zeros(both.shape, np.float32)
+        for plane in scores:  # all at once they would not fit into the processor's cache
+            products += plane[:, apart:] * plane[:, :-apart]
+        if float((products / len(scores))[both].mean()) < 0.5:
             return float(apart)
     return float(scores.shape[2] / 2)

@@ -83,19 +83,25 @@ class FireMask:
         """Return ``binarized`` of a frame of a brightness (H, W), 0..255."""
         return ((bright > self.threshold) & (self.fire > 0.3)).astype(np.uint8)
 
-    def isolated(self, pixels: Pixels, binarized: Bytes) -> Pixels:
-        """Return the fire alone.
+    def isolated(self, pixels: Pixels, bright: Plane | None = None) -> Pixels:
+        """Return the fire alone; ``bright`` is the brightness (H, W) of the frame, if it is known.
 
         The glow of a filmed flame on air and walls fades out close to its outline; sprites with
         alpha keep their glow.
         """
         weight = self.fire
-        if self.is_filmed and binarized.any():
-            bright = brightness(pixels, self.blend_space)
-            glow = max(2.0, _GLOW * float(np.sqrt(np.count_nonzero(binarized))))
-            distance = cv2.distanceTransform(1 - binarized, cv2.DIST_L2, 5) / np.float32(glow)
-            weight = self.no_prop * as_plane(np.exp(-distance * distance)) * self._fade(bright)
-        return np.asarray(pixels * weight[..., None], np.float32)
+        if self.is_filmed:
+            bright = brightness(pixels, self.blend_space) if bright is None else bright
+            binarized = self.binarized_brightness(bright)
+            if binarized.any():
+                weight = self._near(binarized) * self._fade(bright)
+        return as_plane(cv2.multiply(pixels, cv2.merge([weight] * 4)))
+
+    def _near(self, binarized: Bytes) -> Plane:
+        """Return how much of what is around a filmed flame (H, W) belongs to it."""
+        glow = max(2.0, _GLOW * float(np.sqrt(np.count_nonzero(binarized))))
+        distance = cv2.distanceTransform(1 - binarized, cv2.DIST_L2, 5) / np.float32(glow)
+        return self.no_prop * as_plane(np.exp(-distance * distance))
 
     def isolated_flame(
         self, pixels: Pixels, bright: Plane, flame: NDArray[np.bool_]
@@ -155,10 +161,14 @@ def _with_holes_filled(mask: Plane) -> Plane:
 def contour(flame: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Return (H, W): the flame's outline, its pixels where Sobel's gradient of the mask is not 0.
     Flame pixels at the edge of the frame belong to it."""
-    framed = np.pad(flame.astype(np.uint8), 1)
+    left, top, width, height = cv2.boundingRect(flame.view(np.uint8))
+    box = slice(top, top + height), slice(left, left + width)
+    framed = np.pad(flame[box].astype(np.uint8), 1)
     gx = cv2.Sobel(framed, cv2.CV_16S, 1, 0)
     gy = cv2.Sobel(framed, cv2.CV_16S, 0, 1)
-    return np.asarray(((gx != 0) | (gy != 0))[1:-1, 1:-1] & flame, np.bool_)
+    edge = np.zeros_like(flame)
+    np.logical_and(((gx != 0) | (gy != 0))[1:-1, 1:-1], flame[box], out=edge[box])
+    return edge
 
 
 def feature_points(flame: NDArray[np.bool_]) -> FeaturePoints:

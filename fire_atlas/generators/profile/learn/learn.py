@@ -1,15 +1,13 @@
 """Learn a fire profile from one or two clips (Lee et al., III-A and III-B)."""
 
 import itertools
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Clip, ProxiedClip
-from fire_atlas.core.pixels import Pixels, linear_to_srgb
 from fire_atlas.core.workers import Workers
-from fire_atlas.generators.profile.flame_region import largest_flame
 from fire_atlas.generators.profile.learn.detail import detail_grid, learn_detail, learn_pose
 from fire_atlas.generators.profile.learn.measure import ClipMeasurements, measure_clip
 from fire_atlas.generators.profile.model import (
@@ -17,7 +15,6 @@ from fire_atlas.generators.profile.model import (
     STATE_EDGES,
     STATE_WIDTH,
     ClipStatistics,
-    ColourTable,
     DetailGrid,
     DetailModel,
     LeaningSet,
@@ -53,10 +50,10 @@ def learn(
     Raises:
         SourceError: A clip does not show a single, upright flame that is not cut off.
     """
-    measured = [measure_clip(clip, name, threshold, workers) for name, clip in clips.items()]
+    measured = [measure_clip(clip, name, threshold, cells, workers) for name, clip in clips.items()]
     front_and_side = [proxied.clip for proxied in clips.values()]
     grid, pairs = detail_grid(measured), list(zip(front_and_side, measured, strict=True))
-    sides = [_side(*pair, grid, cells, workers) for pair in pairs]
+    sides = [_side(*pair, grid, workers) for pair in pairs]
     return Profile(
         grid=grid,
         rise_speed=_rise_speed(sides[0].detail, grid),
@@ -65,11 +62,8 @@ def learn(
     )
 
 
-def _side(
-    clip: Clip, measured: ClipMeasurements, grid: DetailGrid, cells: int, workers: Workers
-) -> Side:
-    pose, points = learn_pose(measured), measured.points
-    table = _table(clip, measured, cells, workers)
+def _side(clip: Clip, measured: ClipMeasurements, grid: DetailGrid, workers: Workers) -> Side:
+    pose, points, table = learn_pose(measured), measured.points, measured.colours
     return Side(
         fps=clip.fps,
         closed=measured.closed,
@@ -102,50 +96,6 @@ def _rise_speed(detail: DetailModel, grid: DetailGrid) -> float:
     if rising.size < 10:
         return _MIN_RISE
     return float(np.clip(np.quantile(rising, 0.75), _MIN_RISE, _MAX_RISE))
-
-
-def _table(clip: Clip, measured: ClipMeasurements, cells: int, workers: Workers) -> ColourTable:
-    def seen(i: int) -> tuple[Pixels, NDArray[np.bool_]]:
-        pixels = clip.read(i)
-        binarized = measured.mask.binarized(pixels)
-        return measured.mask.isolated(pixels, binarized), largest_flame(binarized)
-
-    return colour_table(workers.map(seen, range(clip.count)), cells)
-
-
-def colour_table(frames: Iterable[tuple[Pixels, NDArray[np.bool_]]], size: int) -> ColourTable:
-    """Return the mean colours of ``size`` by ``size`` cells of the flame's box in each frame.
-
-    Args:
-        frames: Pixels of the fire alone, and the mask (H, W) of its largest flame.
-        size: Cells in a row and in a column.
-    """
-    total, area = np.zeros((size * size, 4)), np.zeros(size * size)
-    for pixels, flame in frames:
-        rows, columns = np.flatnonzero(flame.any(axis=1)), np.flatnonzero(flame.any(axis=0))
-        if not rows.size:
-            continue
-        box = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
-        seen = (pixels[box] * flame[box][..., None]).reshape(-1, 4)
-        cell = np.add.outer(_cells(rows, size) * size, _cells(columns, size)).ravel()
-        for channel in range(4):
-            total[:, channel] += np.bincount(cell, seen[:, channel], size * size)
-        area += np.bincount(cell, minlength=size * size)
-    alpha = total[:, 3]
-    straight = np.divide(
-        total[:, :3], alpha[:, None], np.zeros((size * size, 3)), where=alpha[:, None] > 0
-    )
-    colours = np.rint(linear_to_srgb(np.clip(straight, 0, 1)) * 255).astype(np.uint8)
-    coverage = np.divide(alpha, area, np.zeros(size * size), where=area > 0).astype(np.float32)
-    # As precise as in the profile file, so that both give the same fire.
-    coverage = coverage.round(3)
-    return ColourTable(colours.reshape(size, size, 3), coverage.reshape(size, size))
-
-
-def _cells(extent: NDArray[np.intp], size: int) -> NDArray[np.intp]:
-    """Return the cell of each row (or column) from the first to the last of ``extent``."""
-    length = int(extent[-1] - extent[0]) + 1
-    return np.arange(length) * size // length
 
 
 def leaning_sets(leans: NDArray[np.float64]) -> tuple[LeaningSet, ...]:

@@ -1,4 +1,4 @@
-"""Measure every frame of a clip: feature points, position and width of the fire by row."""
+"""Measure every frame of a clip: feature points, colours, position and width of the fire by row."""
 
 from dataclasses import dataclass
 
@@ -6,12 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Clip, ProxiedClip
-from fire_atlas.core.pixels import Pixels, luminance
+from fire_atlas.core.pixels import Pixels, brightness, luminance
 from fire_atlas.core.workers import Workers
 from fire_atlas.generators.profile.flame_region import largest_flame
+from fire_atlas.generators.profile.learn.colour_table import cell_sums, colour_table
 from fire_atlas.generators.profile.learn.features import FireMask, feature_points, flame_lean
 from fire_atlas.generators.profile.learn.fitness import refuse_unfit
-from fire_atlas.generators.profile.model import FeaturePoints
+from fire_atlas.generators.profile.model import ColourTable, FeaturePoints
 
 _MAX_SEAM_RATIO = 1.1
 """Maximum seam of a clip that loops, relative to its 90th percentile step."""
@@ -36,6 +37,7 @@ class ClipMeasurements:
         closed: Whether the clip loops: the step from last to first frame is as small as others.
         cut_share: Share of the frames whose tip leaves the frame.
         bounds: (left, right, top, bottom) of the fire's extent in all frames, px.
+        colours: Its colour table.
     """
 
     mask: FireMask
@@ -49,6 +51,7 @@ class ClipMeasurements:
     closed: bool
     cut_share: float
     bounds: tuple[int, int, int, int]
+    colours: ColourTable
 
     @property
     def height(self) -> float:
@@ -77,26 +80,30 @@ class _FrameMeasurements:
         lean: Its lean, degrees.
         brightness: Mean luminance of the flame's pixels.
         rows: (3, H) weight, centre and spread of each row, as in ``ClipMeasurements``.
+        cells: Sums of the flame's colours, as from ``cell_sums``.
     """
 
     points: FeaturePoints
     lean: float
     brightness: float
     rows: NDArray[np.float64]
+    cells: NDArray[np.float64]
 
 
 def frame_difference(one: Pixels, other: Pixels) -> float:
     """Return the root of the summed squared difference of two frames in linear light. A sum, not a
     mean, so that empty room around the fire does not change it."""
-    return float(np.sqrt(np.square(one - other).sum(dtype=np.float64)))
+    difference = one - other
+    return float(np.sqrt(np.square(difference, out=difference).sum(dtype=np.float64)))
 
 
 def measure_clip(
-    proxied: ProxiedClip, name: str, threshold: float | None, workers: Workers
+    proxied: ProxiedClip, name: str, threshold: float | None, cells: int, workers: Workers
 ) -> ClipMeasurements:
     """Measure every frame of a clip; messages call it ``name``.
 
     ``threshold`` is the brightness (0..255) above which a pixel is flame; None: chosen here.
+    ``cells`` are those in a row and in a column of its colour table.
 
     Raises:
         SourceError: The clip does not show a single, upright flame that is not cut off.
@@ -108,7 +115,7 @@ def measure_clip(
     steps: list[float] = []
     first = before = np.zeros((clip.height, clip.width, 4), np.float32)
     visible = np.zeros((clip.height, clip.width), np.bool_)
-    for frame, fire in workers.map(lambda i: _measure(clip, mask, i), range(clip.count)):
+    for frame, fire in workers.map(lambda i: _measure(clip, mask, cells, i), range(clip.count)):
         visible |= fire[..., 3] > _MAX_EMPTY_COVERAGE
         if found:
             steps.append(frame_difference(before, fire))
@@ -129,19 +136,25 @@ def measure_clip(
         closed=seam <= _MAX_SEAM_RATIO * float(np.quantile(steps, 0.9)),
         cut_share=cut_share,
         bounds=_bounds(visible),
+        colours=colour_table(np.sum([frame.cells for frame in found], axis=0)),
     )
 
 
-def _measure(clip: Clip, mask: FireMask, i: int) -> tuple[_FrameMeasurements, Pixels]:
+def _measure(clip: Clip, mask: FireMask, cells: int, i: int) -> tuple[_FrameMeasurements, Pixels]:
     """Measure one frame; also return its fire alone."""
     pixels = clip.read(i)
-    binarized = mask.binarized(pixels)
-    flame = largest_flame(binarized)
-    fire = mask.isolated(pixels, binarized)
+    bright = brightness(pixels, mask.blend_space)
+    flame = largest_flame(mask.binarized_brightness(bright))
+    fire = mask.isolated(pixels, bright)
     light = luminance(fire).astype(np.float64)
-    rows = _row_moments(np.sqrt(np.maximum(light, 0)))
-    points, bright = feature_points(flame), float(light[flame].mean())
-    return _FrameMeasurements(points, flame_lean(flame), bright, rows), fire
+    measured = _FrameMeasurements(
+        points=feature_points(flame),
+        lean=flame_lean(flame),
+        brightness=float(light[flame].mean()),
+        rows=_row_moments(np.sqrt(np.maximum(light, 0))),
+        cells=cell_sums(fire, flame, cells),
+    )
+    return measured, fire
 
 
 def _row_moments(weight: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Clip
-from fire_atlas.core.pixels import Bytes, brightness, linear_to_srgb
+from fire_atlas.core.pixels import Bytes, brightness, encode_unit
 from fire_atlas.generators.profile.flame_region import largest_flame
 from fire_atlas.generators.profile.learn.features import FireMask, feature_points
 from fire_atlas.generators.profile.model import FeaturePoints
@@ -147,7 +147,7 @@ class SeenFrame:
 
 def _colourfulness(pixels: NDArray[np.float32]) -> tuple[float, float]:
     """Return ``chroma`` and ``peak`` of ``SeenFrame`` for pixels (n, 4) of a flame."""
-    channels = linear_to_srgb(np.clip(pixels[:, :3].T, 0, 1))
+    channels = encode_unit(pixels[:, :3].T)
     most, least = channels.max(axis=0), channels.min(axis=0)
     chroma = (most - least) / np.maximum(most, 1e-3)
     return float(np.quantile(chroma, 0.95)), float(np.quantile(most, 0.99))
