@@ -236,6 +236,15 @@ def test_a_profile_file_does_not_take_a_side_view_too(repo: Path) -> None:
     assert code == 1 and "source.side_path: is in " in said and "remove it" in said
 
 
+def test_a_clip_is_not_its_own_side_view(repo: Path) -> None:
+    for command in ("check", "build"):
+        code, said = run(command, recipe(repo, {"path": "front", "side_path": "./side/../front"}))
+        assert code == 1 and "source.side_path: is " in said and "filmed from its right" in said
+    code, said = run("learn", repo / "front", "--side", repo / "front", "-o", repo / "x.json")
+    assert code == 1 and "filmed from its right side, or leave it out" in said, said
+    assert not (repo / "x.json").exists()
+
+
 @pytest.mark.slow
 def test_learn_names_its_output_and_will_not_overwrite_its_input(
     repo: Path, monkeypatch: pytest.MonkeyPatch
