@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
 from fire_atlas.core.chance import RandomStream, generator
+from fire_atlas.core.easing import smooth_step
 from fire_atlas.generators.profile.model import STATE_EDGES, Side
 
 MEAN_WINDOWS = 6.0
@@ -237,9 +238,10 @@ class Playback:
                 until = run.length + self.transition
                 if not 0 <= age < until:
                     continue
-                weight = _smooth_step((until - age) / (self.transition + 1))
-                if run.start > 0 or self.loop:
-                    weight *= _smooth_step((age + 1) / (self.transition + 1))
+                shares = np.array([(age + 1), until - age]) / (self.transition + 1)
+                weight = float(smooth_step(shares).prod())
+                if run.start == 0 and not self.loop:
+                    weight = float(smooth_step(shares[1:])[0])
                 frames = self.sequence.frames_at(self.sequence.after(run.first, age))
                 seen.append(ClipMoment(*frames, run.mirrored, weight))
         total = sum(moment.weight for moment in seen)
@@ -269,12 +271,9 @@ class Playback:
 
     def bend_at(self, time: float) -> float:
         """Return the shear to the right at ``time``, degrees."""
-        last = self.frames - 1
-        time = time % self.frames if self.loop else min(max(time, 0.0), last)
-        before = int(time)
-        after = (before + 1) % self.frames if self.loop else min(before + 1, last)
-        first, second = float(self.bend[before]), float(self.bend[after])
-        return (second - first) * (time - before) + first
+        at = np.arange(self.frames)
+        period = self.frames if self.loop else None
+        return float(np.interp(time, at, self.bend, period=period))
 
 
 @dataclass(frozen=True, slots=True)
@@ -302,12 +301,6 @@ class ChangingPlayback(Playback):
         fading = [(moment, 1 - self.share) for moment in before]
         fading += [(moment, self.share) for moment in after]
         return [replace(moment, weight=moment.weight * share) for moment, share in fading]
-
-
-def _smooth_step(share: float) -> float:
-    """Return ``smooth_step`` of one number."""
-    x = min(max(share, 0.0), 1.0)
-    return x * x * (3 - 2 * x)
 
 
 def frames_in_sets(side: Side) -> NDArray[np.bool_]:
