@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from fire_atlas.core.camera import Camera
 from fire_atlas.core.clip import Clip, FrontSurface, Values, Window
 from fire_atlas.core.dither import dithered
-from fire_atlas.core.easing import edge_fade, smooth_step
+from fire_atlas.core.easing import edge_fade, saturated, smooth_step
 from fire_atlas.core.picture import brightest
 from fire_atlas.core.pixels import Pixels, Plane, as_plane
 from fire_atlas.generators.front import POINT_DISTANCE, PointCloud, front_surface_of
@@ -113,21 +113,22 @@ class SilkFrame:
 
 @dataclass(frozen=True, slots=True)
 class _SeenLight:
-    """What a camera sees, sample by sample, before it is exposed.
+    """What a camera sees, before it is exposed.
 
     Attributes:
-        window: The pixels whose samples are held; all others are dark and bare.
-        flame: (h, w, 3) light of the flames.
-        solid: (h, w, 3) light of what stands in them, as it is seen through them.
-        glow: (h, w, 3) light of the flames that hazy air scatters.
-        coverage: (h, w) 0..1, of what stands in them.
+        window: The pixels that are held; all others are dark and bare.
+        flame: (h, w, 3) light of the flames, sample by sample.
+        solid: (h, w, 3) light of what stands in them, as it is seen through them, likewise.
+        coverage: (h, w) 0..1, of what stands in them, likewise.
+        glow: (rows, columns, 3) light of the flames that hazy air scatters, pixel by pixel: it is
+            smooth.
     """
 
     window: Window
     flame: NDArray[np.float32]
     solid: NDArray[np.float32]
-    glow: NDArray[np.float32]
     coverage: Plane
+    glow: NDArray[np.float32]
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,17 +177,16 @@ class SilkRenderer:
     def draw(self, i: int, camera: Camera) -> SilkFrame:
         """Draw frame ``i`` as seen by ``camera``. In a loop, frame ``frames`` equals frame 0."""
         seen = self._seen(i, camera)
-        light = seen.flame + seen.solid + seen.glow
         coverage = self._averaged(seen.coverage)
-        shown = expose(self._averaged(light))
+        light = self._averaged(seen.flame) + self._averaged(seen.solid) + seen.glow
+        shown = expose(light)
         # At an edge samples are exposed one by one, or a bright one would hide its neighbours.
         edge = (coverage > 0) & (coverage < 1)
-        if edge.any():
-            shown[edge] = self._averaged(expose(light))[edge]
+        samples = self._samples_of(seen.flame, edge) + self._samples_of(seen.solid, edge)
+        shown[edge] = expose(samples + seen.glow[edge][:, None]).mean(axis=1)
         if self.glow:
-            more = as_plane(brightest(seen.glow) - brightest(light) / 2)
-            glows = self._averaged(more) > 0
-            shown = np.where(glows[..., None], dithered(shown), shown)
+            glows = brightest(seen.glow) > brightest(light) / 2
+            shown[glows] = dithered(shown)[glows]
         return SilkFrame.of(shown, coverage, seen.window, camera)
 
     def solids(self, i: int, camera: Camera) -> SilkFrame:
@@ -196,11 +196,13 @@ class SilkRenderer:
             bare = np.zeros((camera.height, camera.width), np.float32)
             return SilkFrame(np.repeat(bare[..., None], 3, axis=2), bare)
         seen = self._seen(i, camera)
-        light = expose(seen.solid + seen.glow) * seen.coverage[..., None]
         coverage = self._averaged(seen.coverage)
-        shown = self._averaged(light)
-        whole = coverage >= 1
-        shown[whole] = expose(self._averaged(seen.solid + seen.glow))[whole]
+        light = self._averaged(seen.solid) + seen.glow
+        shown = np.zeros_like(light)
+        whole, edge = coverage >= 1, (coverage > 0) & (coverage < 1)
+        shown[whole] = expose(light[whole])
+        samples = expose(self._samples_of(seen.solid, edge) + seen.glow[edge][:, None])
+        shown[edge] = (samples * self._samples_of(seen.coverage, edge)[..., None]).mean(axis=1)
         return SilkFrame.of(shown, coverage, seen.window, camera)
 
     def solid_cover(self, i: int, camera: Camera) -> Plane:
@@ -216,6 +218,15 @@ class SilkRenderer:
         size = sampled.shape[1] // self.samples, sampled.shape[0] // self.samples
         return as_plane(cv2.resize(sampled, size, interpolation=cv2.INTER_AREA))
 
+    def _samples_of(
+        self, sampled: NDArray[np.float32], pixels: NDArray[np.bool_]
+    ) -> NDArray[np.float32]:
+        """Return the samples (n, samples², ...) of n pixels, which are True in (height, width)."""
+        (height, width), samples = pixels.shape, self.samples
+        blocks = sampled.reshape(height, samples, width, samples, *sampled.shape[2:])
+        found = blocks.swapaxes(1, 2)[pixels]
+        return found.reshape(len(found), samples**2, *sampled.shape[2:])
+
     def _seen_pictures(self, camera: Camera) -> list[PictureBuffers]:
         seen = (picture.seen_by(camera, self.samples) for picture in self.pictures)
         return [picture for picture in seen if picture is not None]
@@ -228,13 +239,13 @@ class SilkRenderer:
         light, passed = self._flames(i, camera, window, intruders)
         if intruders.is_empty and not pictures and not self.glow:
             dark = np.zeros_like(light)
-            return _SeenLight(window, light, dark, dark, dark[..., 0])
+            return _SeenLight(window, light, dark, dark[..., 0], self._averaged(dark))
         size = camera.width * self.samples, camera.height * self.samples
         light = _on_black(light, self._sampled(window), size)
-        glow = np.zeros_like(light)
+        averaged = self._averaged(light)
+        glow = np.zeros_like(averaged)
         if self.glow:
-            scale = camera.scale * self.samples
-            glow = scattered(light, scale, self.glow, tiles=camera.tiles)
+            glow = scattered(averaged, camera.scale, self.glow, tiles=camera.tiles)
         solid, coverage = np.zeros_like(light), np.zeros_like(light[..., 0])
         unhidden = np.ones((*light.shape[:2], 1), np.float32)
         unhidden[self._sampled(window).slices] = passed
@@ -242,14 +253,15 @@ class SilkRenderer:
             solid += picture.lit_by(light, self._hearth(i)) * unhidden
             coverage = np.maximum(coverage, picture.coverage)
         if not intruders.is_empty:
-            total = light.sum(axis=(0, 1), dtype=np.float64) / (camera.scale * self.samples) ** 2
+            # By columns first: along a short axis numpy is slow.
+            total = averaged.sum(axis=0, dtype=np.float64).sum(axis=0) / camera.scale**2
             lights = [(total * share, place) for share, place in self._fires(i, camera)]
             covered = intruders.covered()
             bodies = intruders.lit_by(covered, lights, camera) * unhidden[covered]
             solid[covered] = solid[covered] * (1 - intruders.coverage[covered][:, None]) + bodies
             coverage = np.maximum(coverage, intruders.coverage)
         whole = Window(0, 0, camera.width, camera.height)
-        return _SeenLight(whole, light, solid, glow, coverage)
+        return _SeenLight(whole, light, solid, coverage, glow)
 
     def _seen_intruders(self, i: int, camera: Camera) -> IntruderBuffers:
         time = i / self.scene.fps
@@ -309,7 +321,7 @@ class SilkRenderer:
         for sheets in self._batches():
             flame = self._flame(i, sheets, camera, target, intruders)
             thickness += raster.accumulate(flame.pixel, flame.thickness[None], target)
-        kept_back = self._averaged(-np.expm1(-thickness[..., 0]))
+        kept_back = self._averaged(saturated(thickness[..., 0]))
         return _on_black(kept_back, window, (camera.width, camera.height))
 
     def front_surface(self, i: int, camera: Camera) -> FrontSurface:
