@@ -256,8 +256,8 @@ class SilkRenderer:
             # By columns first: along a short axis numpy is slow.
             total = averaged.sum(axis=0, dtype=np.float64).sum(axis=0) / camera.scale**2
             lights = [(total * share, place) for share, place in self._fires(i, camera)]
-            covered = intruders.covered()
-            bodies = intruders.lit_by(covered, lights, camera) * unhidden[covered]
+            covered = intruders.covered
+            bodies = intruders.lit_by(lights, camera) * unhidden[covered]
             solid[covered] = solid[covered] * (1 - intruders.coverage[covered][:, None]) + bodies
             coverage = np.maximum(coverage, intruders.coverage)
         whole = Window(0, 0, camera.width, camera.height)
@@ -334,10 +334,13 @@ class SilkRenderer:
         solid = draw_intruders(self.scene.intruders, time, camera, 1, hearth)
         if solid.is_empty:
             return fire
-        depth = solid.position[..., 2] * np.float32(-camera.scale)
-        shown = (solid.coverage > _MIN_SOLID) & (~is_fire | (depth > fire.depth))
-        normal = np.where(shown[..., None], solid.normal * _TOWARDS, fire.normal)
-        return FrontSurface(np.where(shown, depth, fire.depth), as_plane(normal))
+        covered, depth = solid.covered, solid.position[:, 2] * np.float32(-camera.scale)
+        is_before = ~is_fire[covered] | (depth > fire.depth[covered])
+        shown = (solid.coverage[covered] > _MIN_SOLID) & is_before
+        front = FrontSurface(fire.depth.copy(), fire.normal.copy())
+        at = covered[0][shown], covered[1][shown]
+        front.depth[at], front.normal[at] = depth[shown], solid.normal[shown] * _TOWARDS
+        return front
 
     def _points(self, i: int, sheets: slice, camera: Camera) -> PointCloud:
         """Return points of ``sheets`` in frame ``i``, each with the light of its part."""
@@ -504,7 +507,7 @@ class SilkRenderer:
             scale = camera.scale * self.samples
             alive = edge_fade(camera.width * self.samples, _SIDE_FADE * scale) ** 2
             columns = alive[target.left : target.right]
-            found *= columns[fragments.pixel % len(columns)]
+            found *= np.tile(columns, target.bottom - target.top)[fragments.pixel]
         if not intruders.is_empty:
             found *= intruders.shows(target, fragments.pixel, depth)
         for picture in self._seen_pictures(camera):
@@ -521,7 +524,8 @@ class SilkRenderer:
         radius = float(np.sqrt((away * away).sum(axis=-1).mean()))
         beats = max(1, round(_GLOW_BEATS * self.frames / self.scene.fps))
         burnt = tuple(float(seconds) for seconds in self.ignition.burnt[i])
-        return Hearth(centre, radius, i / self.frames, beats, burnt)
+        x, y, z = (float(place) for place in centre)
+        return Hearth((x, y, z), radius, i / self.frames, beats, burnt)
 
     def _fires(self, i: int, camera: Camera) -> list[tuple[float, NDArray[np.float64]]]:
         """Return each fire's part of the light in frame ``i``, 0..1, by the area of its sheets, and
