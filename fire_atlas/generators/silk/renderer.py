@@ -186,7 +186,7 @@ class SilkRenderer:
         shown[edge] = expose(samples + seen.glow[edge][:, None]).mean(axis=1)
         if self.glow:
             glows = brightest(seen.glow) > brightest(light) / 2
-            shown[glows] = dithered(shown)[glows]
+            cv2.copyTo(dithered(shown), glows.view(np.uint8), shown)
         return SilkFrame.of(shown, coverage, seen.window, camera)
 
     def solids(self, i: int, camera: Camera) -> SilkFrame:
@@ -440,7 +440,7 @@ class SilkRenderer:
         texel = self.textures.texel_grid(sheets, *opacity.shape[1:3])
         attributes = np.concatenate([texel, opacity[..., None], projected[..., 2:]], axis=-1)
         triangles = raster.mesh_triangles(projected[..., :2], attributes)
-        triangles = cull_dark(triangles, texture[..., :3])
+        triangles = cull_dark(triangles, texture)
         whole = Window(0, 0, camera.width, camera.height)
         seen = raster.rasterise(triangles, whole, tiles=camera.tiles)
         light = brightest(raster.sample_texture(texture, seen.attributes)) * seen.attributes[:, 2]
@@ -501,19 +501,24 @@ class SilkRenderer:
         triangles = raster.mesh_triangles(projected[..., :2] * self.samples, attributes)
         lit = cull_dark(triangles, texture)
         fragments = raster.rasterise(lit, target, tiles=camera.tiles)
-        found = raster.sample_texture(texture, fragments.attributes).T * fragments.attributes.T[2:6]
-        depth = fragments.attributes[:, 6]
+        sampled = raster.sample_texture(texture, fragments.attributes)
+        channels = np.ascontiguousarray(sampled.T)
+        # A quarter or more is dark: between tongues, and around them.
+        burns = np.flatnonzero(reduce(np.maximum, channels))
+        _, row, *opacities, depth = (values[burns] for values in fragments.attributes.T)
+        pixel = fragments.pixel[burns]
+        found = np.stack([a[burns] * b for a, b in zip(channels, opacities, strict=True)])
         if not camera.tiles:
             scale = camera.scale * self.samples
             alive = edge_fade(camera.width * self.samples, _SIDE_FADE * scale) ** 2
             columns = alive[target.left : target.right]
-            found *= np.tile(columns, target.bottom - target.top)[fragments.pixel]
+            found *= np.tile(columns, target.bottom - target.top)[pixel]
         if not intruders.is_empty:
-            found *= intruders.shows(target, fragments.pixel, depth)
+            found *= intruders.shows(target, pixel, depth)
         for picture in self._seen_pictures(camera):
-            found *= picture.shows(target, fragments.pixel, depth)
-        dimming = self.textures.dimming(sheets, fragments.attributes[:, 1])
-        return _FlameFragments(fragments.pixel, found[:3], found[3], dimming, depth.copy())
+            found *= picture.shows(target, pixel, depth)
+        dimming = self.textures.dimming(sheets, row)
+        return _FlameFragments(pixel, found[:3], found[3], dimming, depth)
 
     def _hearth(self, i: int) -> Hearth:
         """Return the place where the fire burns that does from the start, at frame ``i``."""
