@@ -156,7 +156,7 @@ def _fronts(grid: _Grid, total: NDArray[np.float32]) -> NDArray[np.float32]:
 
 def _density(points: PointCloud, camera: Camera) -> _Grid:
     """Return the density of points on a grid of at most ``_ROWS`` rows."""
-    from scipy.ndimage import gaussian_filter  # 0.2 s, which a build without normals does without
+    from scipy.ndimage import gaussian_filter  # only normals need it, and it is slow to import
 
     rows = min(camera.height, _ROWS)
     down, blur = camera.height / rows, _BLUR * camera.height
