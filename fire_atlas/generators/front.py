@@ -13,7 +13,6 @@ from typing import Self
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter
 
 from fire_atlas.core.camera import Camera
 from fire_atlas.core.clip import FrontSurface
@@ -157,6 +156,8 @@ def _fronts(grid: _Grid, total: NDArray[np.float32]) -> NDArray[np.float32]:
 
 def _density(points: PointCloud, camera: Camera) -> _Grid:
     """Return the density of points on a grid of at most ``_ROWS`` rows."""
+    from scipy.ndimage import gaussian_filter  # only normals need it, and it is slow to import
+
     rows = min(camera.height, _ROWS)
     down, blur = camera.height / rows, _BLUR * camera.height
     columns = max(1, round(camera.width / down))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.blackbody import radiance
-from fire_atlas.core.easing import smooth_step
+from fire_atlas.core.easing import saturated, smooth_step
 from fire_atlas.core.pixels import REC709, Plane, as_plane, srgb_to_linear
 from fire_atlas.generators.silk.fuel import Fuel
 from fire_atlas.generators.silk.texture_loop import Image
@@ -59,7 +59,7 @@ def expose(light: NDArray[np.float32]) -> NDArray[np.float32]:
     green = green + _spilled(red) + _spilled(blue)
     beside = _spilled(green)
     spilled = np.stack([red + beside, green, blue + beside], axis=-1)
-    return np.asarray(-np.expm1(-spilled), np.float32)
+    return saturated(spilled)
 
 
 def unexposed(shown: NDArray[np.float32]) -> NDArray[np.float32]:

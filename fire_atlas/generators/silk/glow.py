@@ -32,7 +32,7 @@ def scattered(
 
     Args:
         light: Linear light before it is exposed.
-        scale: Samples per height.
+        scale: Pixels per height.
         share: Part of the light that is scattered.
         tiles: Whether it lies between copies of itself, whose light reaches it.
     """

@@ -8,7 +8,7 @@ Positions and normals are in camera axes (right, down, away from the camera), he
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Self
 
@@ -20,7 +20,7 @@ from fire_atlas.core.camera import Camera
 from fire_atlas.core.chance import RandomStream, generator
 from fire_atlas.core.clip import Window
 from fire_atlas.core.easing import smooth_step
-from fire_atlas.core.pixels import Plane
+from fire_atlas.core.pixels import Plane, as_plane
 from fire_atlas.generators.silk.intruders import IntruderBody
 
 Points = NDArray[np.float64]
@@ -92,18 +92,23 @@ class Hearth:
     """The place where a fire burns, which chars and heats the logs and wicks in it.
 
     Attributes:
-        centre: (3,) world position of its middle, heights.
+        centre: World position (x, y, z) of its middle, heights.
         radius: Distance from there within which logs glow, heights.
         phase: Part of the loop that has passed, 0..1, by which the glow wanders.
         beats: Number of times the glow swells in a loop.
         burnt: Time for which each intruder has burnt itself, s: 0 except for matches.
     """
 
-    centre: NDArray[np.float64]
+    centre: tuple[float, float, float]
     radius: float
     phase: float
     beats: int
     burnt: tuple[float, ...]
+
+    @property
+    def at_rest(self) -> Self:
+        """The same place at the beginning of the loop."""
+        return replace(self, phase=0.0)
 
     def heat(self, distance: Points) -> Points:
         """Return how hot it makes things at ``distance`` from its middle, heights: 0..1."""
@@ -120,86 +125,74 @@ class IntruderBuffers:
 
     Attributes:
         coverage: (height, width) fraction of each sample that an intruder covers, 0..1.
-        position: (height, width, 3) position of its surface; infinitely deep where none is.
-        normal: (height, width, 3) surface normal.
-        colour: (height, width, 3) linear.
-        glow: (height, width, 3) light of its own, linear.
+        depth: (height, width) depth of its surface, heights; infinite where none is.
+        covered: Rows and columns (n,) of the samples that an intruder covers, if only in part.
+        position: (n, 3) position of its surface there.
+        normal: (n, 3) surface normal.
+        colour: (n, 3) linear.
+        glow: (n, 3) light of its own, linear.
     """
 
     coverage: Plane
+    depth: Plane
+    covered: tuple[NDArray[np.intp], NDArray[np.intp]]
     position: NDArray[np.float32]
     normal: NDArray[np.float32]
     colour: NDArray[np.float32]
     glow: NDArray[np.float32]
 
-    @classmethod
-    def blank(cls, height: int, width: int) -> Self:
-        """Return empty buffers."""
-        position = np.zeros((height, width, 3), np.float32)
-        position[..., 2] = np.inf
-        normal, colour, glow = (np.zeros((height, width, 3), np.float32) for _ in range(3))
-        return cls(np.zeros((height, width), np.float32), position, normal, colour, glow)
-
     @property
     def is_empty(self) -> bool:
         """Whether no intruder is visible."""
-        return self.coverage.size == 0
+        return self.covered[0].size == 0
 
     def shows(
         self, window: Window, sample: NDArray[np.intp], depth: NDArray[np.float32]
     ) -> NDArray[np.float32]:
         """Return how much is seen, 0..1, of flame at ``depth`` in each ``sample`` of a window: none
         of what is behind an intruder, and little of what touches it."""
-        before = self.position[window.slices][..., 2].ravel()[sample] - depth
-        hidden = 1 - smooth_step(before / np.float32(CONTACT))
-        return np.asarray(1 - hidden * self.coverage[window.slices].ravel()[sample], np.float32)
-
-    def covered(self) -> tuple[NDArray[np.intp], ...]:
-        """Return rows and columns (n,) of the samples that an intruder covers, if only in part."""
-        return np.nonzero(self.coverage)
+        covers = self.coverage[window.slices].ravel()[sample]
+        shown, here = np.ones_like(depth), np.flatnonzero(covers)
+        before = self.depth[window.slices].ravel()[sample[here]] - depth[here]
+        shown[here] -= (1 - smooth_step(before / np.float32(CONTACT))) * covers[here]
+        return shown
 
     def lit_by(
-        self,
-        covered: tuple[NDArray[np.intp], ...],
-        lights: Sequence[tuple[NDArray[np.float64], Points]],
-        camera: Camera,
+        self, lights: Sequence[tuple[NDArray[np.float64], Points]], camera: Camera
     ) -> NDArray[np.float32]:
         """Return the light (n, 3) of the intruders where they cover samples: their own, that of the
         sky, and that of flames.
 
         Args:
-            covered: As from ``covered``.
             lights: Of each flame its light (3,), in heights², and the place (3,) that it comes
                 from.
             camera: That they were drawn for.
         """
-        normal, position = self.normal[covered], self.position[covered]
-        faces_up = 0.5 + 0.5 * (normal @ camera.view_of(_UP))
+        faces_up = 0.5 + 0.5 * (self.normal @ camera.view_of(_UP))
         received = np.repeat(_SKY * faces_up[:, None], 3, axis=1)
         for total, centre in lights:
-            to_light = centre - position
+            to_light = centre - self.position
             square = (to_light * to_light).sum(axis=1)
-            cosine = np.einsum("nd,nd->n", normal, to_light)
+            cosine = np.einsum("nd,nd->n", self.normal, to_light)
             cosine /= np.maximum(np.sqrt(square), 1e-6)
             # A flame is large: it also lights surfaces that face slightly away from its centre.
             facing = np.maximum(cosine + 0.35, 0) / 1.35
             shade = facing * _LIGHT_SOFTENING / (square + _LIGHT_SOFTENING)
             received += total * _LIGHT_GAIN * shade[:, None]
-        light = self.glow[covered] + (self.colour[covered] * received).astype(np.float32)
-        return np.asarray(light * self.coverage[covered][:, None], np.float32)
+        light = self.glow + (self.colour * received).astype(np.float32)
+        return np.asarray(light * self.coverage[self.covered][:, None], np.float32)
 
 
 def draw_intruders(
     bodies: Sequence[IntruderBody], time: float, camera: Camera, samples: int, hearth: Hearth
 ) -> IntruderBuffers:
     """Draw visible ``bodies`` at ``time`` s, with ``samples`` per pixel along each axis."""
-    visible = [(i, body) for i, body in enumerate(bodies) if body.visible]
-    if not visible:
-        return IntruderBuffers.blank(0, 0)
-    buffers = IntruderBuffers.blank(camera.height * samples, camera.width * samples)
-    for i, body in visible:
-        _draw(buffers, body, i, time, camera, samples, hearth)
-    return buffers
+    moments = tuple(_moment(body, time) for body in bodies)
+    burnt = zip(bodies, hearth.burnt, strict=True)
+    chars = replace(hearth, burnt=tuple(time if body.is_match else 0.0 for body, time in burnt))
+    drawn, surfaces = _drawn(tuple(bodies), moments, camera, samples, chars.at_rest)
+    glow = [surface.glow(hearth) for surface in surfaces]
+    return replace(drawn, glow=as_plane(np.concatenate([np.zeros((0, 3)), *glow])))
 
 
 def intruder_coverage(
@@ -231,28 +224,49 @@ def surface_depth(
     return nearest
 
 
-def _draw(
-    buffers: IntruderBuffers,
-    body: IntruderBody,
-    number: int,
-    time: float,
+@lru_cache(maxsize=4)  # only its glow changes of what rests
+def _drawn(
+    bodies: tuple[IntruderBody, ...],
+    times: tuple[float, ...],
     camera: Camera,
     samples: int,
     hearth: Hearth,
-) -> None:
-    """Draw the body ``number`` at ``time`` s, where it is in front of those drawn before."""
-    outline = _outline(body, number, _moment(body, time), camera, samples)
-    if outline is None:
-        return
-    box, share, hit, position = outline.box, outline.share, outline.hit, outline.position
-    buffers.coverage[box] = np.maximum(buffers.coverage[box], share)
-    at = np.nonzero((share > 0) & (hit.depth < buffers.position[box][..., 2]))
-    target = at[0] + box[0].start, at[1] + box[1].start
-    surface = _surface(outline.seen, position[at], hit.normal[at], hearth)
-    buffers.position[target] = position[at]
-    buffers.normal[target] = surface.normal
-    buffers.colour[target] = surface.colour
-    buffers.glow[target] = surface.glow
+) -> tuple[IntruderBuffers, "list[_Surface]"]:
+    """Draw the visible ``bodies``, each at its own of ``times``, s, without their glow, and return
+    the parts of their surfaces that are seen, one after the other as in the buffers."""
+    size = camera.height * samples, camera.width * samples
+    coverage, depth = np.zeros(size, np.float32), np.full(size, np.inf, np.float32)
+    nearest = np.full(size, -1, np.int16)
+    outlines = dict[int, _Outline]()
+    for i, (body, time) in enumerate(zip(bodies, times, strict=True)):
+        outline = _outline(body, i, time, camera, samples) if body.visible else None
+        if outline is None:
+            continue
+        outlines[i], box = outline, outline.box
+        np.maximum(coverage[box], outline.share, out=coverage[box])
+        is_nearer = (outline.share > 0) & (outline.hit.depth < depth[box])
+        depth[box][is_nearer], nearest[box][is_nearer] = outline.hit.depth[is_nearer], i
+    none = np.zeros((0, 3))
+    covered, positions, surfaces = [np.zeros((2, 0), np.intp)], [none], list[_Surface]()
+    for i, outline in outlines.items():
+        at = np.nonzero(nearest[outline.box] == i)
+        covered.append(np.stack(at) + [[part.start] for part in outline.box])
+        positions.append(outline.position[at])
+        surfaces.append(
+            _surface(outline.seen, outline.position[at], outline.hit.normal[at], hearth)
+        )
+    rows, columns = np.concatenate(covered, axis=1)
+    position, normal, colour = (
+        as_plane(np.concatenate(parts))
+        for parts in (
+            positions,
+            [none, *(surface.normal for surface in surfaces)],
+            [none, *(surface.colour for surface in surfaces)],
+        )
+    )
+    unlit = np.zeros_like(colour)
+    drawn = IntruderBuffers(coverage, depth, (rows, columns), position, normal, colour, unlit)
+    return drawn, surfaces
 
 
 def _box(
@@ -506,11 +520,12 @@ def _hit(depth: Points, start: Points, change: Points, normal: Callable[[Points]
 
 @dataclass(frozen=True, slots=True)
 class _Surface:
-    """Normal, colour and own light of n places on a body: each (n, 3)."""
+    """Normal and colour of n places on a body, (n, 3) each, and their own light (n, 3) by the
+    moment of the hearth."""
 
     normal: Points
     colour: Points
-    glow: Points
+    glow: Callable[[Hearth], Points]
 
 
 def _surface(seen: _SeenBody, position: Points, normal: Points, hearth: Hearth) -> _Surface:
@@ -518,32 +533,32 @@ def _surface(seen: _SeenBody, position: Points, normal: Points, hearth: Hearth) 
     body, number, camera, along = seen.body, seen.number, seen.camera, seen.along
     dark = np.zeros_like(position)
     if not body.axis.any():
-        return _Surface(normal, dark + _STONE, dark)
+        return _Surface(normal, dark + _STONE, lambda _: dark)
     share, angle = seen.place(position)
     if body.is_match:
         return _match(number, (share, angle), normal, hearth.burnt[number])
-    away = position - camera.view_of(hearth.centre)
+    away = position - camera.view_of(np.array(hearth.centre))
     distance = np.sqrt((away * away).sum(axis=1))
     if body.shape == "wax":
         # Light that scatters inside comes out of the sides as if they faced the flame.
         through = np.exp(-distance / (1.2 * body.radius))[:, None]
         facing = normal + _TRANSLUCENCY * through * along
         facing /= np.sqrt((facing * facing).sum(axis=1, keepdims=True))
-        return _Surface(facing, dark + _WAX, dark)
+        return _Surface(facing, dark + _WAX, lambda _: dark)
     if body.shape == "wick":
         up = share * body.radius / math.dist(*seen.ends)
         # The flame stands above its foot, so a wick in it is hot all the way up.
         level = np.sqrt(np.maximum(distance**2 - (away @ camera.view_of(_UP)) ** 2, 0.0))
-        return _wick(up, normal, hearth.heat(level) * hearth.beat(up))
+        return _wick(up, normal, hearth.heat(level))
     heat = hearth.heat(distance)
     if body.shape == "wrap":
-        return _wrap(number, (share, angle), normal, along, heat, hearth)
+        return _wrap(number, (share, angle), normal, along, heat)
     from_end = position - seen.ends[0]
     across = from_end - (from_end @ along)[:, None] * along
     ring = np.sqrt((across * across).sum(axis=1)) / body.radius
     scorch = hearth.heat(_SCORCHED * distance)
     axes = along, seen.level
-    return _wood(number, (share, angle, ring), normal, axes, heat, scorch, hearth)
+    return _wood(number, (share, angle, ring), normal, axes, heat, scorch)
 
 
 def _match(number: int, place: tuple[Points, Points], normal: Points, burnt: float) -> _Surface:
@@ -564,7 +579,8 @@ def _match(number: int, place: tuple[Points, Points], normal: Points, burnt: flo
     # Wood is scorched brown before it is black, in tongues along its grain.
     charred = _unit((charred_to - share - 0.5 * np.abs(grain)) / 2.5)[:, None] ** 0.7
     cooling = _unit(0.9 - share / _FLARE_RADII) ** 2 * _unit(0.5 + 0.5 * grain)
-    return _Surface(normal, fresh + (CHAR - fresh) * charred, glowing(_EMBER * cooling) * charred)
+    glow = glowing(_EMBER * cooling) * charred
+    return _Surface(normal, fresh + (CHAR - fresh) * charred, lambda _: glow)
 
 
 def glowing(amount: Points) -> Points:
@@ -576,8 +592,12 @@ def glowing(amount: Points) -> Points:
 def _wick(up: Points, normal: Points, heat: Points) -> _Surface:
     """Return the surface of a wick, ``up`` (n,) 0 at its foot to 1 at its end, where it glows."""
     charred = smooth_step((up - 0.1) / 0.3)[:, None]
-    glow = (heat * _unit((up - 0.4) / 0.6) ** 2)[:, None]
-    return _Surface(normal, _COTTON + (CHAR - _COTTON) * charred, _GLOW * glow)
+    glow = _unit((up - 0.4) / 0.6) ** 2
+    return _Surface(
+        normal,
+        _COTTON + (CHAR - _COTTON) * charred,
+        lambda now: _GLOW * (heat * now.beat(up) * glow)[:, None],
+    )
 
 
 def _wound(number: int, share: Points, angle: Points) -> tuple[Points, Points, Points]:
@@ -597,7 +617,6 @@ def _wrap(
     normal: Points,
     along: Points,
     heat: Points,
-    hearth: Hearth,
 ) -> _Surface:
     """Return the surface of a wrap: cloth, charred where ``heat`` is high, that glows in creases.
 
@@ -607,7 +626,6 @@ def _wrap(
         normal: (n, 3) normal of the smooth wrap.
         along: (3,) direction along it.
         heat: (n,) 0..1.
-        hearth: The fire.
     """
     share, angle = place
     height, slope, weave = _wound(number, share, angle)
@@ -618,8 +636,9 @@ def _wrap(
     shade = (0.25 + 0.75 * height) * _unit(0.8 + 0.2 * weave)
     colour = (_CLOTH + (CHAR - _CLOTH) * charred) * shade[:, None]
     crease = _unit(1 - height / 0.7) * _unit(0.45 + 0.6 * weave)
-    glow = heat**2 * (0.9 * crease + 0.1 * _unit(0.4 * weave)) * hearth.beat(weave + 0.8 * share)
-    return _Surface(bumpy, colour, glowing(glow))
+    glow = heat**2 * (0.9 * crease + 0.1 * _unit(0.4 * weave))
+    shift = weave + 0.8 * share
+    return _Surface(bumpy, colour, lambda now: glowing(glow * now.beat(shift)))
 
 
 def _level_across(axis: Points) -> Points:
@@ -636,7 +655,6 @@ def _wood(
     axes: tuple[Points, Points],
     heat: Points,
     scorch: Points,
-    hearth: Hearth,
 ) -> _Surface:
     """Return the surface of a log: bark, charred where it is scorched, with cracks that glow.
 
@@ -648,7 +666,6 @@ def _wood(
         axes: Directions along the log, and across it where ``angle`` is 0.
         heat: (n,) 0..1.
         scorch: (n,) 0..1, heat in the time that it has lain there.
-        hearth: The fire.
     """
     along, level = axes
     share, angle, ring = place
@@ -681,9 +698,9 @@ def _wood(
     facing = smooth_step(-1.6 * normal[:, 2])
     rings = heat**2 * (0.25 + 0.25 * np.sin(5 * ring + 2 * bark * ring))
     glow = np.where(is_end, rings, _glow(crack, bark, heat) * facing)
-    glow *= hearth.beat(2 * bark + 0.8 * share)
+    shift = 2 * bark + 0.8 * share
     shown = np.where(is_end, 1.0, 0.3 + 0.7 * facing)[:, None]
-    return _Surface(bumpy, colour * shown, glowing(glow))
+    return _Surface(bumpy, colour * shown, lambda now: glowing(glow * now.beat(shift)))
 
 
 def _unit(values: Points) -> Points:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.chance import RandomStream, generator
-from fire_atlas.core.easing import smooth_step
+from fire_atlas.core.easing import saturated, smooth_step
 from fire_atlas.core.noise import PlaneWaves, curl_differences, random_wave_vectors
 from fire_atlas.core.pixels import Plane, as_plane
 from fire_atlas.generators.silk.fuel import Burner
@@ -41,6 +41,9 @@ INLET_HEIGHT = 0.07
 _INLET_CURVE, _INLET_DEPTH, _INLET_DEPTH_BELOW = 0.10, 0.035, 0.042
 """Additional height of the inlet at its sides, and distances over which it fades above and below,
 sheet heights."""
+
+_INLET_REACH = 4.5
+"""Height above the inlet, depths, from which on less than 2e-9 of the fuel enters."""
 
 _LONGEST_WAY = 0.45
 """Maximum distance that the gas goes in a time step, inlet depths. With half of it, flames are as
@@ -143,7 +146,7 @@ def _with_gaps_closed(fuel: Plane, way: float) -> Plane:
     """Return ``fuel`` after the gas has risen by ``way``, with narrow gaps between fire filled as
     far as the less of both sides."""
     reach = max(1, round(_GAP * len(fuel)))
-    beside = np.pad(fuel, ((0, 0), (reach, reach)))
+    beside = as_plane(cv2.copyMakeBorder(fuel, 0, 0, reach, reach, cv2.BORDER_CONSTANT))
     less = np.minimum(beside[:, : -2 * reach], beside[:, 2 * reach :])
     part = np.float32(-math.expm1(-_CLOSING * way))
     return as_plane(fuel + part * np.maximum(less - fuel, 0.0))
@@ -179,21 +182,25 @@ class _FuelInlet:
         # The inlet is higher at the sides of the burner, where ``across`` is 1.
         inlet = INLET_HEIGHT + _INLET_CURVE * np.minimum(across, 1.2)[None] ** 2
         self._above = as_plane(v[:, None] - inlet)
+        highest = _INLET_REACH * _INLET_DEPTH + burner.ragged * np.abs(supply.feet.amplitude).sum()
+        self._supplied = slice(int(np.argmax(self._above.min(axis=1) < highest)), len(v))
         self._profile = np.clip(1 - across**2, 0, None) ** 0.75
         waves = supply.tongues, supply.grain, supply.feet
         self._supply = tuple(wave.on_grid(u, np.zeros(1)) for wave in waves)
         self._burner = burner
 
     def replenish(self, fuel: Plane, time: float) -> Plane:
-        """Return ``fuel`` plus the fuel that enters at ``time``."""
+        """Add the fuel that enters at ``time`` to ``fuel``, in place, and return it."""
         burner = self._burner
         tongues, grain, feet = (waves.values(time) for waves in self._supply)
         supply = self._profile * np.clip(1 + burner.flicker * tongues, 0, 1.3)
         supply = as_plane(supply * np.clip(1 + burner.grain * grain, 0, 1.4))
-        above = self._above - np.float32(burner.ragged) * feet
+        above = self._above[self._supplied] - np.float32(burner.ragged) * feet
         depth = np.where(above > 0, np.float32(_INLET_DEPTH), np.float32(_INLET_DEPTH_BELOW))
-        mask = -np.expm1(self._filling * np.exp(-((above / depth) ** 2)))
-        return as_plane(fuel + np.maximum(supply - fuel, 0.0) * mask)
+        mask = saturated(-self._filling * np.exp(-((above / depth) ** 2)))
+        near = fuel[self._supplied]
+        near += np.maximum(supply - near, 0.0) * mask
+        return fuel
 
     def distance(self) -> Plane:
         """Return each pixel's distance from the inlet: 0 at it or below, 1 three depths above."""

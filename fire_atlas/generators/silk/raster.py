@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fire_atlas.core.clip import Window
+from fire_atlas.core.easing import saturated
 from fire_atlas.core.pixels import as_plane
 from fire_atlas.vision.warp import sample_at
 
@@ -299,6 +300,6 @@ class MatterBefore:
                 share = np.zeros_like(place)
                 for optical_depth, weight in zip(nearer, _WEIGHTS, strict=True):
                     share += np.float32(weight) * np.exp(-channel * optical_depth)
-                share *= channel * own / -np.expm1(-channel * own)
+                share *= channel * own / saturated(channel * own)
                 np.multiply(light[c, part], np.minimum(share, 1), out=passed[c, part])
         return passed

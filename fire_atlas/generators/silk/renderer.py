@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from fire_atlas.core.camera import Camera
 from fire_atlas.core.clip import Clip, FrontSurface, Values, Window
 from fire_atlas.core.dither import dithered
-from fire_atlas.core.easing import edge_fade, smooth_step
+from fire_atlas.core.easing import edge_fade, saturated, smooth_step
 from fire_atlas.core.picture import brightest
 from fire_atlas.core.pixels import Pixels, Plane, as_plane
 from fire_atlas.generators.front import POINT_DISTANCE, PointCloud, front_surface_of
@@ -113,21 +113,22 @@ class SilkFrame:
 
 @dataclass(frozen=True, slots=True)
 class _SeenLight:
-    """What a camera sees, sample by sample, before it is exposed.
+    """What a camera sees, before it is exposed.
 
     Attributes:
-        window: The pixels whose samples are held; all others are dark and bare.
-        flame: (h, w, 3) light of the flames.
-        solid: (h, w, 3) light of what stands in them, as it is seen through them.
-        glow: (h, w, 3) light of the flames that hazy air scatters.
-        coverage: (h, w) 0..1, of what stands in them.
+        window: The pixels that are held; all others are dark and bare.
+        flame: (h, w, 3) light of the flames, sample by sample.
+        solid: (h, w, 3) light of what stands in them, as it is seen through them, likewise.
+        coverage: (h, w) 0..1, of what stands in them, likewise.
+        glow: (rows, columns, 3) light of the flames that hazy air scatters, pixel by pixel: it is
+            smooth.
     """
 
     window: Window
     flame: NDArray[np.float32]
     solid: NDArray[np.float32]
-    glow: NDArray[np.float32]
     coverage: Plane
+    glow: NDArray[np.float32]
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,17 +177,16 @@ class SilkRenderer:
     def draw(self, i: int, camera: Camera) -> SilkFrame:
         """Draw frame ``i`` as seen by ``camera``. In a loop, frame ``frames`` equals frame 0."""
         seen = self._seen(i, camera)
-        light = seen.flame + seen.solid + seen.glow
         coverage = self._averaged(seen.coverage)
-        shown = expose(self._averaged(light))
+        light = self._averaged(seen.flame) + self._averaged(seen.solid) + seen.glow
+        shown = expose(light)
         # At an edge samples are exposed one by one, or a bright one would hide its neighbours.
         edge = (coverage > 0) & (coverage < 1)
-        if edge.any():
-            shown[edge] = self._averaged(expose(light))[edge]
+        samples = self._samples_of(seen.flame, edge) + self._samples_of(seen.solid, edge)
+        shown[edge] = expose(samples + seen.glow[edge][:, None]).mean(axis=1)
         if self.glow:
-            more = as_plane(brightest(seen.glow) - brightest(light) / 2)
-            glows = self._averaged(more) > 0
-            shown = np.where(glows[..., None], dithered(shown), shown)
+            glows = brightest(seen.glow) > brightest(light) / 2
+            cv2.copyTo(dithered(shown), glows.view(np.uint8), shown)
         return SilkFrame.of(shown, coverage, seen.window, camera)
 
     def solids(self, i: int, camera: Camera) -> SilkFrame:
@@ -196,11 +196,13 @@ class SilkRenderer:
             bare = np.zeros((camera.height, camera.width), np.float32)
             return SilkFrame(np.repeat(bare[..., None], 3, axis=2), bare)
         seen = self._seen(i, camera)
-        light = expose(seen.solid + seen.glow) * seen.coverage[..., None]
         coverage = self._averaged(seen.coverage)
-        shown = self._averaged(light)
-        whole = coverage >= 1
-        shown[whole] = expose(self._averaged(seen.solid + seen.glow))[whole]
+        light = self._averaged(seen.solid) + seen.glow
+        shown = np.zeros_like(light)
+        whole, edge = coverage >= 1, (coverage > 0) & (coverage < 1)
+        shown[whole] = expose(light[whole])
+        samples = expose(self._samples_of(seen.solid, edge) + seen.glow[edge][:, None])
+        shown[edge] = (samples * self._samples_of(seen.coverage, edge)[..., None]).mean(axis=1)
         return SilkFrame.of(shown, coverage, seen.window, camera)
 
     def solid_cover(self, i: int, camera: Camera) -> Plane:
@@ -216,6 +218,15 @@ class SilkRenderer:
         size = sampled.shape[1] // self.samples, sampled.shape[0] // self.samples
         return as_plane(cv2.resize(sampled, size, interpolation=cv2.INTER_AREA))
 
+    def _samples_of(
+        self, sampled: NDArray[np.float32], pixels: NDArray[np.bool_]
+    ) -> NDArray[np.float32]:
+        """Return the samples (n, samples², ...) of n pixels, which are True in (height, width)."""
+        (height, width), samples = pixels.shape, self.samples
+        blocks = sampled.reshape(height, samples, width, samples, *sampled.shape[2:])
+        found = blocks.swapaxes(1, 2)[pixels]
+        return found.reshape(len(found), samples**2, *sampled.shape[2:])
+
     def _seen_pictures(self, camera: Camera) -> list[PictureBuffers]:
         seen = (picture.seen_by(camera, self.samples) for picture in self.pictures)
         return [picture for picture in seen if picture is not None]
@@ -228,13 +239,13 @@ class SilkRenderer:
         light, passed = self._flames(i, camera, window, intruders)
         if intruders.is_empty and not pictures and not self.glow:
             dark = np.zeros_like(light)
-            return _SeenLight(window, light, dark, dark, dark[..., 0])
+            return _SeenLight(window, light, dark, dark[..., 0], self._averaged(dark))
         size = camera.width * self.samples, camera.height * self.samples
         light = _on_black(light, self._sampled(window), size)
-        glow = np.zeros_like(light)
+        averaged = self._averaged(light)
+        glow = np.zeros_like(averaged)
         if self.glow:
-            scale = camera.scale * self.samples
-            glow = scattered(light, scale, self.glow, tiles=camera.tiles)
+            glow = scattered(averaged, camera.scale, self.glow, tiles=camera.tiles)
         solid, coverage = np.zeros_like(light), np.zeros_like(light[..., 0])
         unhidden = np.ones((*light.shape[:2], 1), np.float32)
         unhidden[self._sampled(window).slices] = passed
@@ -242,14 +253,15 @@ class SilkRenderer:
             solid += picture.lit_by(light, self._hearth(i)) * unhidden
             coverage = np.maximum(coverage, picture.coverage)
         if not intruders.is_empty:
-            total = light.sum(axis=(0, 1), dtype=np.float64) / (camera.scale * self.samples) ** 2
+            # By columns first: along a short axis numpy is slow.
+            total = averaged.sum(axis=0, dtype=np.float64).sum(axis=0) / camera.scale**2
             lights = [(total * share, place) for share, place in self._fires(i, camera)]
-            covered = intruders.covered()
-            bodies = intruders.lit_by(covered, lights, camera) * unhidden[covered]
+            covered = intruders.covered
+            bodies = intruders.lit_by(lights, camera) * unhidden[covered]
             solid[covered] = solid[covered] * (1 - intruders.coverage[covered][:, None]) + bodies
             coverage = np.maximum(coverage, intruders.coverage)
         whole = Window(0, 0, camera.width, camera.height)
-        return _SeenLight(whole, light, solid, glow, coverage)
+        return _SeenLight(whole, light, solid, coverage, glow)
 
     def _seen_intruders(self, i: int, camera: Camera) -> IntruderBuffers:
         time = i / self.scene.fps
@@ -309,7 +321,7 @@ class SilkRenderer:
         for sheets in self._batches():
             flame = self._flame(i, sheets, camera, target, intruders)
             thickness += raster.accumulate(flame.pixel, flame.thickness[None], target)
-        kept_back = self._averaged(-np.expm1(-thickness[..., 0]))
+        kept_back = self._averaged(saturated(thickness[..., 0]))
         return _on_black(kept_back, window, (camera.width, camera.height))
 
     def front_surface(self, i: int, camera: Camera) -> FrontSurface:
@@ -322,10 +334,13 @@ class SilkRenderer:
         solid = draw_intruders(self.scene.intruders, time, camera, 1, hearth)
         if solid.is_empty:
             return fire
-        depth = solid.position[..., 2] * np.float32(-camera.scale)
-        shown = (solid.coverage > _MIN_SOLID) & (~is_fire | (depth > fire.depth))
-        normal = np.where(shown[..., None], solid.normal * _TOWARDS, fire.normal)
-        return FrontSurface(np.where(shown, depth, fire.depth), as_plane(normal))
+        covered, depth = solid.covered, solid.position[:, 2] * np.float32(-camera.scale)
+        is_before = ~is_fire[covered] | (depth > fire.depth[covered])
+        shown = (solid.coverage[covered] > _MIN_SOLID) & is_before
+        front = FrontSurface(fire.depth.copy(), fire.normal.copy())
+        at = covered[0][shown], covered[1][shown]
+        front.depth[at], front.normal[at] = depth[shown], solid.normal[shown] * _TOWARDS
+        return front
 
     def _points(self, i: int, sheets: slice, camera: Camera) -> PointCloud:
         """Return points of ``sheets`` in frame ``i``, each with the light of its part."""
@@ -425,7 +440,7 @@ class SilkRenderer:
         texel = self.textures.texel_grid(sheets, *opacity.shape[1:3])
         attributes = np.concatenate([texel, opacity[..., None], projected[..., 2:]], axis=-1)
         triangles = raster.mesh_triangles(projected[..., :2], attributes)
-        triangles = cull_dark(triangles, texture[..., :3])
+        triangles = cull_dark(triangles, texture)
         whole = Window(0, 0, camera.width, camera.height)
         seen = raster.rasterise(triangles, whole, tiles=camera.tiles)
         light = brightest(raster.sample_texture(texture, seen.attributes)) * seen.attributes[:, 2]
@@ -486,19 +501,24 @@ class SilkRenderer:
         triangles = raster.mesh_triangles(projected[..., :2] * self.samples, attributes)
         lit = cull_dark(triangles, texture)
         fragments = raster.rasterise(lit, target, tiles=camera.tiles)
-        found = raster.sample_texture(texture, fragments.attributes).T * fragments.attributes.T[2:6]
-        depth = fragments.attributes[:, 6]
+        sampled = raster.sample_texture(texture, fragments.attributes)
+        channels = np.ascontiguousarray(sampled.T)
+        # A quarter or more is dark: between tongues, and around them.
+        burns = np.flatnonzero(reduce(np.maximum, channels))
+        _, row, *opacities, depth = (values[burns] for values in fragments.attributes.T)
+        pixel = fragments.pixel[burns]
+        found = np.stack([a[burns] * b for a, b in zip(channels, opacities, strict=True)])
         if not camera.tiles:
             scale = camera.scale * self.samples
             alive = edge_fade(camera.width * self.samples, _SIDE_FADE * scale) ** 2
             columns = alive[target.left : target.right]
-            found *= columns[fragments.pixel % len(columns)]
+            found *= np.tile(columns, target.bottom - target.top)[pixel]
         if not intruders.is_empty:
-            found *= intruders.shows(target, fragments.pixel, depth)
+            found *= intruders.shows(target, pixel, depth)
         for picture in self._seen_pictures(camera):
-            found *= picture.shows(target, fragments.pixel, depth)
-        dimming = self.textures.dimming(sheets, fragments.attributes[:, 1])
-        return _FlameFragments(fragments.pixel, found[:3], found[3], dimming, depth.copy())
+            found *= picture.shows(target, pixel, depth)
+        dimming = self.textures.dimming(sheets, row)
+        return _FlameFragments(pixel, found[:3], found[3], dimming, depth)
 
     def _hearth(self, i: int) -> Hearth:
         """Return the place where the fire burns that does from the start, at frame ``i``."""
@@ -509,7 +529,8 @@ class SilkRenderer:
         radius = float(np.sqrt((away * away).sum(axis=-1).mean()))
         beats = max(1, round(_GLOW_BEATS * self.frames / self.scene.fps))
         burnt = tuple(float(seconds) for seconds in self.ignition.burnt[i])
-        return Hearth(centre, radius, i / self.frames, beats, burnt)
+        x, y, z = (float(place) for place in centre)
+        return Hearth((x, y, z), radius, i / self.frames, beats, burnt)
 
     def _fires(self, i: int, camera: Camera) -> list[tuple[float, NDArray[np.float64]]]:
         """Return each fire's part of the light in frame ``i``, 0..1, by the area of its sheets, and

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from fire_atlas.core.chance import RandomStream, generator
 from fire_atlas.core.clip import Clip
-from fire_atlas.core.pixels import REC709, as_plane
+from fire_atlas.core.pixels import as_plane, luminance
 from fire_atlas.generators.settings import GenerationSettings
 from fire_atlas.generators.silk.clip_texture import (
     check_images,
@@ -118,11 +118,11 @@ class SheetTextures:
         motion = loop.motion_from(int(np.floor(phase)) % len(loop))
         height = float(self.height[i])
         rate = float(self.rate[i, sheet])
-        motion = _lowered(motion, height) * np.array([rate, rate * height], np.float32)
+        right, down = cv2.split(_lowered(motion, height))
+        right, down = right * np.float32(rate), down * np.float32(rate * height)
         if self.mirrored[sheet]:
-            motion = motion[:, ::-1] * np.array([-1, 1], np.float32)
-        luminance = np.einsum("hwc,c->hw", self._light(i, sheet)[..., :3], REC709)
-        return np.concatenate([luminance[..., None], motion], axis=-1)
+            right, down = -cv2.flip(right, 1), cv2.flip(down, 1)
+        return as_plane(cv2.merge((luminance(self._light(i, sheet)), right, down)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,15 +187,16 @@ def _catching_fire(image: Image, burning: np.float32) -> Image:
 
 def cull_dark(triangles: Triangles, light: NDArray[np.float32]) -> Triangles:
     """Drop triangles whose texture is dark, which is most of a sheet."""
-    # Along a short axis numpy is slow, so that corners and channels are taken one by one.
+    # Along a short axis numpy is slow, so that corners are taken one by one.
     corners = [triangles.attributes[:, corner, :2] for corner in range(3)]
-    channels = [light[..., channel] for channel in range(light.shape[-1])]
     low = np.floor(reduce(np.minimum, corners)).astype(np.intp)
     high = np.ceil(reduce(np.maximum, corners)).astype(np.intp) + 1
-    # A summed-area table: four entries give the number of bright texels in any box.
-    table = cv2.integral((reduce(np.maximum, channels) > _MAX_DARK).view(np.uint8))
-    x0, y0 = low[:, 0], low[:, 1]
-    x1, y1 = np.minimum(high[:, 0], light.shape[1]), np.minimum(high[:, 1], light.shape[0])
+    # A summed-area table: four entries give the number of bright values in any box of texels, whose
+    # channels lie side by side.
+    height, width, channels = light.shape
+    table = cv2.integral((light > _MAX_DARK).view(np.uint8).reshape(height, width * channels))
+    x0, y0 = low[:, 0] * channels, low[:, 1]
+    x1, y1 = np.minimum(high[:, 0], width) * channels, np.minimum(high[:, 1], height)
     is_lit = table[y1, x1] - table[y0, x1] - table[y1, x0] + table[y0, x0] > 0
     return Triangles(triangles.position[is_lit], triangles.attributes[is_lit])
 

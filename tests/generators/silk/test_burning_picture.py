@@ -73,7 +73,7 @@ def test_gaps_glow_and_the_middle_of_a_board_less() -> None:
 
 def test_it_throws_back_the_light_of_flames_near_it_in_its_colours() -> None:
     (seen,) = burning()._seen_pictures(camera(**KEYS))
-    hearth = Hearth(np.zeros(3), 0.1, 0.0, 1, ())
+    hearth = Hearth((0.0, 0.0, 0.0), 0.1, 0.0, 1, ())
     light = np.zeros((2 * SIDE, 2 * SIDE, 3), np.float32)
     dark = seen.lit_by(light, hearth)
     light[100:110, 90:100] = 1

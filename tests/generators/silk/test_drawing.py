@@ -191,18 +191,18 @@ def test_a_body_is_drawn_where_its_surface_is(shape: str, distance: float | None
     keys = {"shape": shape, "at": [0.1, 0.05, 0.4], "radius": 0.1, "angle": 35, "tilt": 20}
     body = IntruderBody.of(Intruder.model_validate(keys))
     eye = camera(20.0, 15.0, distance=distance)
-    hearth = Hearth(np.zeros(3), 0.1, 0.0, 1, (0.0,))
+    hearth = Hearth((0.0, 0.0, 0.0), 0.1, 0.0, 1, (0.0,))
     found = draw_intruders([body], 0.0, eye, 2, hearth)
-    at = np.nonzero(found.coverage)
+    at = found.covered
     start, end = body.ends(0.0)
-    world = found.position[at] @ eye.axes()
+    world = found.position @ eye.axes()
     x, y = np.asarray(at[1] + 0.5) / 2, np.asarray(at[0] + 0.5) / 2
     assert np.allclose(eye.project(world)[:, :2], np.stack([x, y], axis=-1), atol=0.2)
     inside = cv2.erode(found.coverage, np.ones((3, 3)))[at] == 1
     assert np.allclose(
         eye.project(world[inside])[:, :2], np.stack([x, y], axis=-1)[inside], atol=1e-2
     )
-    normal = found.normal[at] @ eye.axes()
+    normal = found.normal @ eye.axes()
     neck = start + 0.16 * (end - start) / max(math.dist(start, end), 1e-9)
     parts = [(start, neck, 0.1), (start, end, 0.066)] if shape == "match" else [(start, end, 0.1)]
     on = np.zeros((len(parts), len(world)), bool)
@@ -231,7 +231,7 @@ def nearest_of(
 def test_the_edge_of_a_body_covers_as_much_of_a_pixel_as_its_outline_does(shape: str) -> None:
     keys = {"shape": shape, "at": [0.1, 0.0, 0.4], "radius": 0.1, "tilt": 90, "length": 0.3}
     body, eye = IntruderBody.of(Intruder.model_validate(keys)), camera()
-    hearth = Hearth(np.zeros(3), 0.1, 0.0, 1, (0.0,))
+    hearth = Hearth((0.0, 0.0, 0.0), 0.1, 0.0, 1, (0.0,))
     covered = [draw_intruders([body], 0.0, eye, samples, hearth).coverage for samples in (2, 16)]
     few, many = (each.reshape(80, len(each) // 80, 64, -1).mean(axis=(1, 3)) for each in covered)
     assert ((many > 0) & (many < 1)).sum() > 20
@@ -241,8 +241,27 @@ def test_the_edge_of_a_body_covers_as_much_of_a_pixel_as_its_outline_does(shape:
 def drawn_alone(burnt: float = 0.0, **keys: Any) -> IntruderBuffers:
     """An object beside a fire at [0, 0, 0.05]."""
     body = IntruderBody.of(Intruder.model_validate(keys))
-    hearth = Hearth(np.array([0.0, 0.0, 0.05]), 0.15, 0.0, 1, (burnt,))
+    hearth = Hearth((0.0, 0.0, 0.05), 0.15, 0.0, 1, (burnt,))
     return draw_intruders([body], 0.0, camera(), 2, hearth)
+
+
+def picture(drawn: IntruderBuffers, values: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return values (n, 3) of what is covered as a picture (height, width, 3), black around it."""
+    found = np.zeros((*drawn.coverage.shape, 3), np.float32)
+    found[drawn.covered] = values
+    return found
+
+
+def test_a_glow_swells_while_all_else_of_a_log_stays() -> None:
+    keys = {"shape": "log", "at": [0, 0, 0.05], "radius": 0.05, "length": 0.3}
+    body = IntruderBody.of(Intruder.model_validate(keys))
+    early, late = (
+        draw_intruders([body], 0.0, camera(), 2, Hearth((0, 0, 0.05), 0.15, phase, 1, (0.0,)))
+        for phase in (0.0, 0.25)
+    )
+    assert np.array_equal(early.colour, late.colour) and np.array_equal(early.depth, late.depth)
+    hot = early.glow[:, 0] > 0
+    assert hot.any() and (early.glow[hot, 0] != late.glow[hot, 0]).mean() > 0.9
 
 
 @pytest.mark.parametrize("shape", ["log", "wick", "wrap"])
@@ -260,7 +279,7 @@ def outline(shape: str) -> NDArray[np.float64]:
     body = IntruderBody.of(Intruder.model_validate(
         {"shape": shape, "at": [0, 0, 0.4], "radius": 0.12, "length": 0.6, "tilt": 90}
     ))  # fmt: skip
-    hearth = Hearth(np.array([5.0, 0.0, 0.0]), 0.1, 0.0, 1, (0.0,))
+    hearth = Hearth((5.0, 0.0, 0.0), 0.1, 0.0, 1, (0.0,))
     eye = camera(width=200, height=200)
     width = draw_intruders([body], 0.0, eye, 2, hearth).coverage.sum(axis=1) / (2 * eye.scale)
     return np.asarray(width[width > 0][8:-8] / 0.12, np.float64)
@@ -280,15 +299,15 @@ def test_logs_and_wraps_have_rough_outlines() -> None:
 def test_a_log_is_charred_farther_than_it_glows() -> None:
     log = drawn_alone(shape="log", at=[0.3, 0, 0.05], radius=0.05, length=0.6, strength=0)
     covered = log.coverage.sum(axis=0)
-    colour = log.colour.sum(axis=(0, 2)) / np.maximum(covered, 1)
+    colour = picture(log, log.colour).sum(axis=(0, 2)) / np.maximum(covered, 1)
     bark = np.median(colour[covered > 0][-20:])
-    glows = log.glow.any(axis=(0, 2))
+    glows = picture(log, log.glow).any(axis=(0, 2))
     assert ((covered > 0) & ~glows & (colour < 0.5 * bark)).sum() > 3
 
 
 def test_the_end_of_a_wick_glows() -> None:
     wick = drawn_alone(shape="wick", at=[0, 0, 0], tilt=90, radius=0.02, length=0.1)
-    by_row = wick.glow.sum(axis=(1, 2))
+    by_row = picture(wick, wick.glow).sum(axis=(1, 2))
     rows = np.flatnonzero(wick.coverage.any(axis=1))
     upper, lower = np.array_split(rows, 2)
     assert by_row[upper].sum() > 0
@@ -299,16 +318,16 @@ def test_a_match_chars_from_its_head_on_and_its_head_glows() -> None:
     match: dict[str, Any] = {"shape": "match", "at": [-0.2, 0, 0.3], "radius": 0.02, "length": 0.6}
     seen = [drawn_alone(burnt, **match) for burnt in (0.0, 0.5, 3.0)]
     assert not seen[0].glow.any()
-    dark = [
-        int(((each.colour.max(axis=-1) < 1.2 * CHAR.max()) & (each.coverage > 0)).sum())
-        for each in seen
-    ]
+    dark = [int((each.colour.max(axis=-1) < 1.2 * CHAR.max()).sum()) for each in seen]
     assert dark[0] == 0 < dark[1] < 0.8 * dark[2]
-    glow = seen[2].glow.sum(axis=(0, 2))
-    glowing, stick = np.flatnonzero(glow), np.flatnonzero(seen[2].coverage.any(axis=0))
+    glow = picture(seen[2], seen[2].glow)
+    glowing, stick = (
+        np.flatnonzero(glow.sum(axis=(0, 2))),
+        np.flatnonzero(seen[2].coverage.any(axis=0)),
+    )
     assert glowing.min() == stick.min() and np.ptp(glowing) < 0.3 * np.ptp(stick)
     # Its head stays: black, with a red gleam far below a flame's light, and thicker than the stick.
-    head = seen[2].glow[:, stick.min() : stick.min() + 6]
+    head = glow[:, stick.min() : stick.min() + 6]
     assert 0 < head.max() < 0.2 and head[..., 0].sum() > 5 * head[..., 1].sum()
     thick = seen[2].coverage.sum(axis=0)
     assert thick[: stick.min() + 6].max() > 1.3 * np.median(thick[stick])
@@ -317,11 +336,11 @@ def test_a_match_chars_from_its_head_on_and_its_head_glows() -> None:
 def test_cracks_glow_where_wood_is_hot_and_not_at_its_outline() -> None:
     """Seen at a slant a crack's walls hide it; thin lines there would be dots."""
     log = drawn_alone(shape="log", at=[0, 0, 0.05], radius=0.08, length=0.6)
-    middle = log.glow[:, 64 - 20 : 64 + 20].sum(axis=2).max(axis=1)
+    middle = picture(log, log.glow)[:, 64 - 20 : 64 + 20].sum(axis=2).max(axis=1)
     rows = np.flatnonzero(log.coverage[:, 64])
     assert middle[rows[3:-3]].max() > max(0.3, 8 * float(middle[rows[[0, -1]]].max()))
     unheated = drawn_alone(shape="log", at=[0.4, 0, 0.05], radius=0.05, length=0.12)
-    seen = unheated.colour[unheated.coverage == 1]
+    seen = unheated.colour[unheated.coverage[unheated.covered] == 1]
     assert (seen[:, 0] > 3.2 * seen[:, 2]).all(), "nothing of it is charred, which is grey"
 
 
@@ -340,15 +359,13 @@ def lit_by(
     lights: list[tuple[NDArray[np.float64], NDArray[np.float64]]], drawn: IntruderBuffers
 ) -> NDArray[np.float32]:
     """Return the light (height, width, 3) of what was drawn, black around it."""
-    light, covered = np.zeros_like(drawn.glow), drawn.covered()
-    light[covered] = drawn.lit_by(covered, lights, camera())
-    return light
+    return picture(drawn, drawn.lit_by(lights, camera()))
 
 
 def test_where_no_fire_is_the_sky_lights_what_faces_up() -> None:
     """A sphere is lit by half as much at its middle, which faces the camera, as at its top."""
     drawn = drawn_alone(shape="sphere", at=[0, 0, 0.2], radius=0.1, strength=0)
-    light = lit_by([], drawn)[:, 64, 0] / np.maximum(drawn.colour[:, 64, 0], 1e-6)
+    light = lit_by([], drawn)[:, 64, 0] / np.maximum(picture(drawn, drawn.colour)[:, 64, 0], 1e-6)
     rows = np.flatnonzero(drawn.coverage[:, 64] == 1)
     light = light[rows]
     assert (np.diff(light) <= 1e-4).all()
@@ -361,10 +378,10 @@ def test_the_flame_lights_wax_from_within() -> None:
 
     def side(shape: str) -> NDArray[np.float32]:
         drawn = drawn_alone(shape=shape, at=[0, 0, -0.2], tilt=90, radius=0.1, length=0.5)
-        lit = lit_by([(np.ones(3), np.array([0.0, -0.3, 0.0]))], drawn) - drawn.glow
+        lit = lit_by([(np.ones(3), np.array([0.0, -0.3, 0.0]))], drawn) - picture(drawn, drawn.glow)
         rows = np.flatnonzero(drawn.coverage[:, 64])
         below_rim = rows[2 * len(rows) // 5 :]
-        return np.asarray((lit / np.maximum(drawn.colour, 1e-6))[below_rim, 64, 0])
+        return np.asarray((lit / np.maximum(picture(drawn, drawn.colour), 1e-6))[below_rim, 64, 0])
 
     wax, log = side("wax"), side("log")
     assert (np.diff(wax) < 0).all()
