@@ -1,7 +1,8 @@
 """Encode images as blocks of a texture, the ones that are worth it with more effort.
 
-Most blocks of a page are empty or the same as another, so each is encoded once. All are encoded
-fast; of a final texture those that hold most of the error, as it is seen, once more and better.
+Most blocks of a page are empty or the same as another, so each is encoded once. A draft is encoded
+fast. Of a final texture those that hold most of the error, as it is seen, are encoded once more and
+better, where that takes less time than to encode all of them well.
 
 The encoders are packages of the extra ``gpu``; they release the interpreter's lock, so blocks of
 all formats are encoded side by side in the pool.
@@ -44,7 +45,8 @@ _OPAQUE = 128
 
 
 class _Pass(NamedTuple):
-    """A pass over the blocks that hold most of the error which the pass before has left."""
+    """A pass over all blocks, or over those that hold most of the error which the pass before has
+    left."""
 
     effort: float
     """How hard the encoder searches: of BC7 0 to 4, of ASTC a quality of 0 to 100."""
@@ -52,17 +54,21 @@ class _Pass(NamedTuple):
     """Part of the squared error that these blocks hold."""
 
 
+_FAST = (_Pass(0),)
+"""The only pass of a draft, and of encoders that take no effort."""
+
 _PASSES: dict[tuple[str, Content], tuple[_Pass, ...]] = {
     ("bc7", "straight"): (_Pass(0), _Pass(2, 0.95)),
     ("bc7", "premultiplied"): (_Pass(0), _Pass(2, 0.97), _Pass(4, 0.3)),
     ("bc7", "data"): (_Pass(0), _Pass(2, 0.97)),
     ("astc", "straight"): (_Pass(0), _Pass(70, 0.96), _Pass(98, 0.4)),
-    ("astc", "premultiplied"): (_Pass(0), _Pass(80, 0.99), _Pass(98, 0.4)),
-    ("astc", "data"): (_Pass(0), _Pass(80, 0.99), _Pass(98, 0.1)),
+    ("astc", "premultiplied"): (_Pass(80),),
+    ("astc", "data"): (_Pass(80),),
 }
-"""The passes of encoders that can take more effort. Shares were chosen on samples of the blocks
-of six clips, so that they lose about as little as one pass over all blocks with an effort of 2 or
-80; straight colours, whose errors encoders weigh less well, gain."""
+"""The passes of encoders that can take more effort, of a final texture. Shares were chosen on
+samples of the blocks of six clips, so that BC7 loses about as little as with an effort of 2 for
+all; straight colours, whose errors encoders weigh less well, gain. ASTC's encoder itself spends
+little on blocks that are easy: to leave these out saves nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -210,9 +216,9 @@ def _encode(
 ) -> Bytes:
     """Return the encoded blocks (n, bytes) of pixels (n, side, side, 4)."""
     encoder, is_straight = format_.name.partition("-")[0], content == "straight"
-    first, *further = _PASSES.get((encoder, content), (_Pass(0),))
+    first, *further = _PASSES.get((encoder, content), _FAST) if quality == "final" else _FAST
     encoded = _encode_once(blocks, format_, srgb, first.effort, is_straight)
-    if quality == "draft" or not further:
+    if not further:
         return encoded
     seen = _seen(blocks, is_straight)
     errors = _errors(encoded, seen, format_, srgb, is_straight)
