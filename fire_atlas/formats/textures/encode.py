@@ -162,14 +162,12 @@ def _cut(images: Sequence[Bytes], side: int, workers: Workers) -> _Cut:
         return _different(blocks.reshape(-1, side, side, 4))
 
     parts = list(workers.map(cut, bands))
-    merged = workers.start(
-        lambda: _different(np.concatenate([part.blocks for part in parts]))
-    ).result()
     starts = np.cumsum([0] + [len(part.blocks) for part in parts])
-    places = [
-        merged.places[start + part.places] for start, part in zip(starts, parts, strict=False)
-    ]
-    return _Cut(merged.blocks, np.concatenate(places))
+    places = [start + part.places for start, part in zip(starts, parts, strict=False)]
+    blocks = np.concatenate([part.blocks for part in parts])
+    del parts  # as large as these
+    merged = workers.start(lambda: _different(blocks)).result()
+    return _Cut(merged.blocks, merged.places[np.concatenate(places)])
 
 
 def _different(blocks: Bytes) -> _Cut:
