@@ -87,7 +87,7 @@ def learn_from_files(
     Raises:
         SourceError: As in ``open_profile``.
     """
-    _refuse_one_for_both(paths)
+    _refuse_same_clip(paths)
     frames = _frames_of(source)
     clips = {str(path): open_with_proxy(frames, path, context, PROXY_SIDE) for path in paths}
     profile = learn_profile(clips, context.workers, source.threshold, source.cells)
@@ -108,7 +108,7 @@ def examine_profile(
     if paths[0].suffix.lower() == PROFILE_SUFFIX:
         _read(paths)
         return Footage(generation.frames, None, generation.fps, True, ())
-    _refuse_one_for_both(paths)
+    _refuse_same_clip(paths)
     clips = {path: examine_frames(_frames_of(source), path, context) for path in paths}
     for path, clip in clips.items():
         if clip.exact:
@@ -117,7 +117,7 @@ def examine_profile(
     return Footage(generation.frames, None, generation.fps, True, tuple(notes))
 
 
-def _refuse_one_for_both(paths: Sequence[Path]) -> None:
+def _refuse_same_clip(paths: Sequence[Path]) -> None:
     """Refuse a clip that is named as seen from the front and from the side."""
     if len({path.resolve() for path in paths}) < len(paths):
         raise SourceError(

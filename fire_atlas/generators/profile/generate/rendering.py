@@ -253,20 +253,16 @@ class ProfileRendering:
         """
         shape = self.fire.profile.grid.shape
         weights = [_enlarged(mask.weight, shape) for mask in masks]
-        mixed, half = np.zeros(shape, np.float32), np.full(shape, 1e-30, np.float32)
+        mixed, power = np.zeros(shape, np.float32), np.full(shape, 1e-30, np.float32)
         for mask, weight in zip(masks, weights, strict=True):
             mixed += weight * self._scores(mask)
-            half += weight * weight
-        half /= 2
+            power += weight * weight
         # The variance of a blend grows with the correlation of its frames.
         for (one, weight), (other, more) in itertools.combinations(
             zip(masks, weights, strict=True), 2
         ):
             if one.plane == other.plane and one.mirrored == other.mirrored:
-                part = weight * more
-                part *= self._correlation(one.plane, one.frame, other.frame)
-                half += part
-        power = 2 * half
+                power += 2 * weight * more * self._correlation(one.plane, one.frame, other.frame)
         return self.shades.colours(as_plane(ndtr(mixed / np.sqrt(power) + flicker)))
 
     def _correlation(self, plane: int, one: int, other: int) -> Plane:
